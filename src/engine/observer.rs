@@ -1,0 +1,78 @@
+//! What leaves a run: observers are shown the state at the steps they ask for.
+
+use crate::output::Console;
+use crate::system::{SimulationBox, State};
+
+/// What an observer wants computed at a step, so that other steps need not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Needs {
+    /// Pair energy.
+    pub energy: bool,
+    /// Virial tensor.
+    pub virial: bool,
+    /// Positions, velocities, images brought back to [`State`].
+    pub positions: bool,
+    /// Forces brought back to [`State`].
+    pub forces: bool,
+}
+
+impl Needs {
+    /// What either wants.
+    pub fn union(self, other: Self) -> Self {
+        Self {
+            energy: self.energy || other.energy,
+            virial: self.virial || other.virial,
+            positions: self.positions || other.positions,
+            forces: self.forces || other.forces,
+        }
+    }
+}
+
+/// Global sums at one step, energy units. Tensors in the order xx, yy, zz, xy, xz, yz.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sums {
+    /// Sum of m v_a v_b (twice the kinetic energy on the trace), already times `mvv2e`.
+    pub kinetic: [f64; 6],
+    /// Pair energy; valid if asked for.
+    pub potential: f64,
+    /// Sum over pairs of r_a f_b; valid if asked for.
+    pub virial: [f64; 6],
+}
+
+/// Counts that the end-of-run statistics print.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NeighborStatistics {
+    /// List builds of this run, without the one at set-up.
+    pub builds: u64,
+    /// Builds triggered at the first step that allowed one; `None` when the check is off.
+    pub dangerous: Option<u64>,
+    /// Pairs in the half list of the last build.
+    pub pairs: u64,
+}
+
+/// The simulation at one step.
+pub struct Snapshot<'a> {
+    pub step: i64,
+    /// First step of this run.
+    pub first_step: i64,
+    /// Last step of this run.
+    pub last_step: i64,
+    /// Timestep length, time units.
+    pub timestep: f64,
+    pub state: &'a State,
+    pub simulation_box: &'a SimulationBox,
+    pub sums: &'a Sums,
+    pub neighbors: NeighborStatistics,
+    /// Wall seconds since this run's first step.
+    pub elapsed_seconds: f64,
+}
+
+/// Something that looks at the simulation every so often.
+pub trait Observer {
+    /// The first step after `after` that this observer wants to see, given that the run ends at `last`.
+    fn next(&self, after: i64, last: i64) -> Option<i64>;
+    /// What it wants computed at the steps it sees.
+    fn needs(&self) -> Needs;
+    /// Looks.
+    fn observe(&mut self, snapshot: &Snapshot<'_>, console: &mut Console) -> Result<(), crate::Error>;
+}

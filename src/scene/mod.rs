@@ -1,0 +1,1 @@
+//! The meaning of a script: lattices, regions, atoms, velocities, data files.

@@ -1,0 +1,16 @@
+//! What each command says, as typed data: one parser per command, no meaning yet.
+
+use super::{Complaint, Statement};
+
+/// A parsed command.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    Run,
+}
+
+impl Command {
+    /// Parses a statement.
+    pub fn parse(statement: &Statement) -> Result<Self, Complaint> {
+        Err(Complaint::new(0, format!("unknown command '{}'", statement.name())))
+    }
+}

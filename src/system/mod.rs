@@ -1,0 +1,9 @@
+//! What is simulated: particles, box, units.
+
+pub mod simulation_box;
+pub mod state;
+pub mod units;
+
+pub use simulation_box::{Side, SimulationBox};
+pub use state::{GROUP_ALL, State, Vec3};
+pub use units::Units;
