@@ -1,5 +1,15 @@
 //! What each command says, as typed data: one parser per command, no meaning yet.
 
+pub mod create_atoms;
+pub mod create_box;
+pub mod group;
+pub mod lattice;
+pub mod mass;
+pub mod read_data;
+pub mod region;
+pub mod velocity;
+pub mod write_data;
+
 use super::{Complaint, Statement};
 
 /// A parsed command.
