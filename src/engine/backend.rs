@@ -32,6 +32,8 @@ pub struct StageSeconds {
 pub trait Backend {
     /// Name and device for the log, such as "cpu, 2 threads".
     fn describe(&self) -> String;
+    /// Host threads it uses.
+    fn threads(&self) -> usize;
     /// Takes the particles over; `step` is the number of the current step.
     fn load(&mut self, program: Arc<Program>, state: &State, simulation_box: &SimulationBox, step: i64);
     /// Set-up of a run: wrap, sort, list, forces. Statistics and times start from zero.

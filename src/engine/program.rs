@@ -17,6 +17,16 @@ pub enum LostAtoms {
     Ignore,
 }
 
+/// When and how storage order is sorted in space (LAMMPS doc page `atom_modify`, keyword sort). Results do not depend on it,
+/// but the order of unsorted dumps and of `velocity ... loop local` does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StorageSort {
+    /// At a run's set-up and at the first list build after every so many steps.
+    pub every: i64,
+    /// Edge of the bins, length units; 0 for half the largest neighbor cutoff.
+    pub bin: f64,
+}
+
 /// Everything constant during a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Program {
@@ -31,6 +41,8 @@ pub struct Program {
     pub policy: Policy,
     pub search: Search,
     pub lost: LostAtoms,
+    /// `None`: storage order stays as it is.
+    pub storage_sort: Option<StorageSort>,
 }
 
 /// One stage of a step, in the order a backend runs them.
@@ -61,6 +73,32 @@ impl Program {
         stages.push(Stage::Force);
         stages.extend((0..self.fixes.len()).map(Stage::Last));
         stages
+    }
+
+    /// What the step does and what it leaves out, line by line.
+    pub fn explain(&self) -> Vec<String> {
+        let name = |stage: &Stage| match stage {
+            Stage::Initial(k) => format!("{} (first half)", self.fixes[*k].style),
+            Stage::Check => "displacement check".into(),
+            Stage::Build => "wrap, sort, list".into(),
+            Stage::Force => format!("{} forces", self.pair.style),
+            Stage::Last(k) => format!("{} (second half)", self.fixes[*k].style),
+        };
+        let stages: Vec<String> = self.stages().iter().map(name).collect();
+        let mut left_out = vec!["energy and virial on steps that print none"];
+        if self.pair.types == 1 {
+            left_out.push("look-up of coefficients by type (one type)");
+        }
+        if !self.pair.shift {
+            left_out.push("energy shift at the cutoff");
+        }
+        if !self.policy.check || self.policy.once {
+            left_out.push("displacement check");
+        }
+        if self.fixes.is_empty() {
+            left_out.push("motion (no fix)");
+        }
+        vec![format!("Step: {}", stages.join(" -> ")), format!("Left out: {}", left_out.join("; "))]
     }
 
     /// dt / 2 / mass for each type, in velocity per force.

@@ -29,6 +29,7 @@ pub fn program(cutoffs: &[f64], skin: f64, search: Search) -> Program {
         policy: Policy::new(skin),
         search,
         lost: LostAtoms::Error,
+        storage_sort: None,
     }
 }
 

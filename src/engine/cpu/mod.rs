@@ -12,7 +12,7 @@ use std::time::Instant;
 use super::backend::{Backend, Reached, StageSeconds};
 use super::fault::{Fault, FaultKind, GoodState, nearest};
 use super::observer::{Needs, NeighborStatistics, Sums};
-use super::program::{LostAtoms, Program};
+use super::program::{LostAtoms, Program, StorageSort};
 use crate::Error;
 use crate::neighbor::{Cells, Decision};
 use crate::system::{SimulationBox, State};
@@ -81,6 +81,8 @@ struct Loaded {
     held: Particles,
     held_box: SimulationBox,
     held_step: i64,
+    /// Storage order is sorted at the first build from this step on.
+    next_sort: i64,
     cells: Cells,
     list: List,
     kernel: Box<dyn PairKernel>,
@@ -105,6 +107,7 @@ impl Loaded {
             held: Particles::default(),
             held_box: simulation_box.clone(),
             held_step: step,
+            next_sort: step,
             cells: Cells::default(),
             list: List::default(),
             kernel: pair_kernel(&program.pair).expect("the scene names a registered pair style"),
@@ -147,6 +150,7 @@ impl Loaded {
             self.particles.remove(&lost);
         }
         let radius = self.neighbor_cutoffs.iter().copied().fold(0.0, f64::max);
+        self.sort_storage(set_up, radius);
         let grid = self.particles.grid(self.program.search, &self.simulation_box, radius);
         let site = &self.particles.site;
         self.cells.build(site.len(), grid.cells(), |k| grid.key(&site[k].position()), &self.particles.id);
@@ -159,6 +163,15 @@ impl Loaded {
         self.held_step = self.step;
         self.ago = 0;
         Ok(())
+    }
+
+    fn sort_storage(&mut self, set_up: bool, radius: f64) {
+        let Some(StorageSort { every, bin }) = self.program.storage_sort else { return };
+        let bin = if bin > 0.0 { bin } else { 0.5 * radius };
+        if every > 0 && bin > 0.0 && (set_up || self.step >= self.next_sort) {
+            self.particles.sort_storage(&self.simulation_box, bin);
+            self.next_sort = (self.step / every + 1) * every;
+        }
     }
 
     fn forces(&mut self, needs: Needs) -> Result<(), Fault> {
@@ -238,6 +251,10 @@ impl Loaded {
 impl Backend for CpuBackend {
     fn describe(&self) -> String {
         format!("cpu, {} thread{}, double precision", self.threads, if self.threads == 1 { "" } else { "s" })
+    }
+
+    fn threads(&self) -> usize {
+        self.threads
     }
 
     fn load(&mut self, program: Arc<Program>, state: &State, simulation_box: &SimulationBox, step: i64) {
