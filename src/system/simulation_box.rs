@@ -101,7 +101,7 @@ fn wrap_axis(x: &mut f64, image: &mut i32, lo: f64, hi: f64) {
     let edge = hi - lo;
     // Far out (LAMMPS would lose such an atom): jump near the box first; one image more or less is settled below.
     let far = ((*x - lo) / edge).floor();
-    if far.abs() > 1000.0 && far.abs() < i32::MAX as f64 / 2.0 {
+    if far.abs() > 1.0e5 && far.abs() < i32::MAX as f64 / 2.0 {
         *x -= far * edge;
         *image += far as i32;
     }
