@@ -42,7 +42,10 @@ impl Groups {
         }
         let slot = self.names.iter().position(Option::is_none).unwrap_or(self.names.len());
         if slot >= MAX_GROUPS {
-            return Err(Complaint::new(name.word, format!("there are {MAX_GROUPS} groups already, and no more can be")));
+            return Err(Complaint::new(
+                name.word,
+                format!("there are {MAX_GROUPS} groups already, and no more can be"),
+            ));
         }
         if slot == self.names.len() {
             self.names.push(None);

@@ -96,7 +96,9 @@ fn evaluate(
             let tensor = members.inertia(&members.center());
             let index = ["xx", "yy", "zz", "xy", "yz", "xz"].iter().position(|d| *d == args[1]);
             let place = index.map(|k| [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)][k]);
-            place.map(|p| tensor[p]).ok_or_else(|| format!("inertia() takes xx, yy, zz, xy, yz or xz, got '{}'", args[1]))
+            place
+                .map(|p| tensor[p])
+                .ok_or_else(|| format!("inertia() takes xx, yy, zz, xy, yz or xz, got '{}'", args[1]))
         }
         _ => {
             let [lo, hi] = members.bounds();

@@ -88,11 +88,7 @@ impl Members<'_> {
     pub fn angular_momentum(&self, center: &Vec3) -> Vec3 {
         self.indices().fold(Vec3::zeros(), |sum, k| {
             let (d, v, m) = (self.unwrapped(k) - center, self.state.v[k], self.mass_of(k));
-            sum + Vec3::new(
-                m * (d.y * v.z - d.z * v.y),
-                m * (d.z * v.x - d.x * v.z),
-                m * (d.x * v.y - d.y * v.x),
-            )
+            sum + Vec3::new(m * (d.y * v.z - d.z * v.y), m * (d.z * v.x - d.x * v.z), m * (d.x * v.y - d.y * v.x))
         })
     }
 

@@ -123,9 +123,7 @@ impl Region {
         }
         match &self.shape {
             Shape::Block { lo, hi } => Some([*lo, *hi]),
-            Shape::Sphere { center, radius } => {
-                Some([center - Vec3::repeat(*radius), center + Vec3::repeat(*radius)])
-            }
+            Shape::Sphere { center, radius } => Some([center - Vec3::repeat(*radius), center + Vec3::repeat(*radius)]),
             Shape::Cylinder { axis, center, radius, lo, hi } => {
                 let (mut low, mut high) = (Vec3::repeat(*lo), Vec3::repeat(*hi));
                 for (a, c) in across(*axis).into_iter().zip(center) {
@@ -182,7 +180,8 @@ impl Regions {
     pub fn find(&self, name: &Name) -> Result<&Region, Complaint> {
         self.get(&name.text).ok_or_else(|| {
             let known: Vec<&str> = self.list.iter().map(|(id, _)| id.as_str()).collect();
-            let known = if known.is_empty() { "none is defined".into() } else { format!("defined: {}", known.join(", ")) };
+            let known =
+                if known.is_empty() { "none is defined".into() } else { format!("defined: {}", known.join(", ")) };
             Complaint::new(name.word, format!("expected a region ID, got '{}' ({known})", name.text))
         })
     }

@@ -12,7 +12,8 @@ pub fn type_range(name: &Name, types: usize) -> Result<RangeInclusive<u32>, Comp
         Some((first, last)) => (first, last),
         None => (name.text.as_str(), name.text.as_str()),
     };
-    let bound = |text: &str, open: u32| if text.is_empty() && name.text.contains('*') { Some(open) } else { digits(text) };
+    let bound =
+        |text: &str, open: u32| if text.is_empty() && name.text.contains('*') { Some(open) } else { digits(text) };
     let (Some(first), Some(last)) = (bound(first, 1), bound(last, last_type)) else {
         return Err(complain(format!("expected an atom type or a range such as 1*{types}, got '{}'", name.text)));
     };

@@ -5,9 +5,7 @@ use super::group_motion::{Members, angular_velocity};
 use super::lattice::Lattice;
 use super::mass::all_masses;
 use crate::script::Complaint;
-use crate::script::command::velocity::{
-    Distribution, GROUP_WORD, Loop, STYLE_WORD, VelocityCommand, VelocityStyle,
-};
+use crate::script::command::velocity::{Distribution, GROUP_WORD, Loop, STYLE_WORD, VelocityCommand, VelocityStyle};
 use crate::system::temperature::{degrees_of_freedom, temperature};
 use crate::system::{RanPark, SimulationBox, State, Units, Vec3};
 
@@ -94,9 +92,7 @@ fn create(
 fn draw(command: &VelocityCommand, seed: u32, target: &Target<'_>, state: &mut State) -> Result<(), Complaint> {
     let mut random = RanPark::new(seed);
     let sample = |random: &mut RanPark| match command.distribution {
-        Distribution::Uniform => {
-            Vec3::new(random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5)
-        }
+        Distribution::Uniform => Vec3::new(random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5),
         Distribution::Gaussian => Vec3::new(random.gaussian(), random.gaussian(), random.gaussian()),
     };
     let factors: Vec<f64> = target.masses.iter().map(|m| 1.0 / m.sqrt()).collect();

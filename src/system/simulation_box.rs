@@ -106,7 +106,7 @@ fn wrap_axis(x: &mut f64, image: &mut i32, lo: f64, hi: f64) {
     let edge = hi - lo;
     // Far out (LAMMPS would lose such an atom): jump near the box first; one image more or less is settled below.
     let far = ((*x - lo) / edge).floor();
-    if far.abs() > 1000.0 {
+    if far.abs() > 1.0e5 {
         *x = if far.abs() < 1e9 { *x - far * edge } else { lo + (*x - lo).rem_euclid(edge) };
         *image = image.saturating_add(far as i32);
     }

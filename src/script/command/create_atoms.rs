@@ -43,7 +43,8 @@ pub const TYPE_WORD: usize = 1;
 pub const STYLE_WORD: usize = 2;
 
 const ABSENT: [&str; 13] = [
-    "mol", "ratio", "subset", "remap", "var", "set", "radscale", "meshmode", "rotate", "overlap", "maxtry", "mesh", "temp",
+    "mol", "ratio", "subset", "remap", "var", "set", "radscale", "meshmode", "rotate", "overlap", "maxtry", "mesh",
+    "temp",
 ];
 
 impl CreateAtomsCommand {
@@ -65,7 +66,9 @@ impl CreateAtomsCommand {
             other => {
                 return Err(Complaint::new(
                     word,
-                    format!("create_atoms style '{other}' is not part of octant; available: box, region, single, random"),
+                    format!(
+                        "create_atoms style '{other}' is not part of octant; available: box, region, single, random"
+                    ),
                 ));
             }
         };

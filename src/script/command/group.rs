@@ -45,9 +45,7 @@ impl Numbers {
     /// Whether a number is among them.
     pub fn contains(&self, n: i64) -> bool {
         match self {
-            Self::Sequences(list) => {
-                list.iter().any(|s| n >= s.first && n <= s.last && (n - s.first) % s.stride == 0)
-            }
+            Self::Sequences(list) => list.iter().any(|s| n >= s.first && n <= s.last && (n - s.first) % s.stride == 0),
             Self::Compared(comparison, to) => match comparison {
                 Comparison::Less => n < *to,
                 Comparison::Greater => n > *to,

@@ -17,7 +17,9 @@ pub enum Limit {
 #[derive(Clone, Debug, PartialEq)]
 pub enum RegionShape {
     /// `[axis][low, high]`.
-    Block { limits: [[Limit; 2]; 3] },
+    Block {
+        limits: [[Limit; 2]; 3],
+    },
     Sphere {
         center: [f64; 3],
         radius: f64,
