@@ -3,6 +3,8 @@
 //! All searches are one scheme with different axes: [`Search::Octant`] and [`Search::Trimmed`] look into the 2x2x2 cells on
 //! the particle's side, [`Search::Standard`] into all cells within R, [`Search::Brute`] is a single cell with its images.
 
+use std::fmt;
+
 use super::axis::{Axis, AxisRequest, Visit};
 use super::cells::{Cells, OCTANTS};
 use crate::system::{SimulationBox, Vec3};
@@ -114,6 +116,15 @@ impl Grid {
                 });
             });
         });
+    }
+}
+
+/// "12 x 12 x 12 cells of edge 5.6".
+impl fmt::Display for Grid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x, y, z] = self.axes.map(|a| a.cells);
+        let edges = self.axes.map(|a| a.edge);
+        write!(f, "{x} x {y} x {z} cells of edges {:.4}, {:.4}, {:.4}", edges[0], edges[1], edges[2])
     }
 }
 

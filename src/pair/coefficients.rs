@@ -133,6 +133,9 @@ impl PairCoefficients {
         let own_cutoff = values.len() > wanted;
         let cutoff = if own_cutoff { values[wanted] } else { self.global_cutoff };
         values.truncate(wanted);
+        // LAMMPS takes `2 1` for `1 2`.
+        let single = rows.0 == rows.1 && columns.0 == columns.1;
+        let (rows, columns) = if single && rows.0 > columns.0 { (columns, rows) } else { (rows, columns) };
         let mut any = false;
         for i in rows.0..=rows.1 {
             for j in columns.0.max(i)..=columns.1 {
@@ -203,12 +206,30 @@ impl PairCoefficients {
         TypePair { coefficients, cutoff, energy_at_cutoff }
     }
 
-    /// Lines for a data file's `Pair Coeffs` (like types) as given: type (from 1), values.
-    pub fn like_types(&self) -> Vec<(usize, Vec<f64>)> {
-        (0..self.types)
-            .filter_map(|k| self.given[k * self.types + k].as_ref().map(|g| (k + 1, g.coefficients.clone())))
-            .collect()
+    /// Lines of a data file's `Pair Coeffs` section: type and coefficients (not the cutoff, as in LAMMPS), as far as given.
+    pub fn like_type_lines(&self) -> Vec<String> {
+        let like = |k: usize| self.given[k * self.types + k].as_ref().map(|g| line(&[k], &g.coefficients));
+        (0..self.types).filter_map(like).collect()
     }
+}
+
+impl PairTable {
+    /// Lines of a data file's `PairIJ Coeffs` section: types, coefficients and cutoff of every pair.
+    pub fn pair_lines(&self) -> Vec<String> {
+        let pairs = (0..self.types).flat_map(|i| (i..self.types).map(move |j| (i, j)));
+        let text = |(i, j): (usize, usize)| {
+            let pair = &self.pairs[i * self.types + j];
+            let values: Vec<f64> = pair.coefficients.iter().copied().chain([pair.cutoff]).collect();
+            line(&[i, j], &values)
+        };
+        pairs.map(text).collect()
+    }
+}
+
+/// Types (from 0) and values, with the digits that read back to the same bits.
+fn line(types: &[usize], values: &[f64]) -> String {
+    let types = types.iter().map(|k| (k + 1).to_string());
+    types.chain(values.iter().map(f64::to_string)).collect::<Vec<_>>().join(" ")
 }
 
 struct EnergyAt<'a> {
