@@ -2,6 +2,9 @@
 
 pub mod command;
 pub mod environment;
+pub mod lexer;
+pub mod mapped;
+pub mod ranmar;
 pub mod source;
 pub mod statement;
 
