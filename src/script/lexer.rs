@@ -1,14 +1,15 @@
 //! From text to lines to words, as LAMMPS reads its input (doc page `Commands_parse`).
 
-use super::mapped::Mapped;
-use super::source::{InputError, Source};
 use std::sync::Arc;
 
-/// A word of a line: its text without quotes, and whether it had quotes.
+use super::mapped::Mapped;
+use super::source::{InputError, Source, Span};
+
+/// A word of a line: its text without quotes, and its place with them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Token {
     pub text: Mapped,
-    pub quoted: bool,
+    pub span: Span,
 }
 
 /// Blanks between words.
@@ -123,7 +124,7 @@ pub fn split_words(source: &Arc<Source>, line: &Mapped) -> Result<Vec<Token>, In
                     format!("expected a closing {mark}, got the end of the line"),
                 ));
             };
-            let end = start + length;
+            let (open, end) = (at, start + length);
             at = end + mark.len();
             if let Some(c) = text[at..].chars().next().filter(|c| !is_blank(*c)) {
                 return Err(InputError::new(
@@ -132,10 +133,10 @@ pub fn split_words(source: &Arc<Source>, line: &Mapped) -> Result<Vec<Token>, In
                     format!("expected a blank after the closing {mark}, got '{c}'"),
                 ));
             }
-            words.push(Token { text: line.slice(start..end), quoted: true });
+            words.push(Token { text: line.slice(start..end), span: line.span(open..at) });
         } else {
             let end = at + rest.find(is_blank).unwrap_or(rest.len());
-            words.push(Token { text: line.slice(at..end), quoted: false });
+            words.push(Token { text: line.slice(at..end), span: line.span(at..end) });
             at = end;
         }
     }

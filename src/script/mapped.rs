@@ -110,7 +110,9 @@ impl Mapped {
         let index = self.pieces.partition_point(|p| p.at <= offset);
         match self.pieces.get(index.saturating_sub(1)) {
             None => Span::default(),
-            Some(Piece { origin: Origin::Stands(span), .. }) if offset >= self.text.len() => Span::new(span.end, span.end),
+            Some(Piece { origin: Origin::Stands(span), .. }) if offset >= self.text.len() => {
+                Span::new(span.end, span.end)
+            }
             Some(Piece { origin: Origin::Stands(span), .. }) => *span,
             Some(Piece { at, origin: Origin::Copied(start) }) => {
                 let place = start + offset.min(self.text.len()).saturating_sub(*at);
