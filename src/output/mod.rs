@@ -1,8 +1,12 @@
 //! What the user sees: log, thermo table, dumps, trajectories, reports.
 
 pub mod console;
+pub mod facts;
 pub mod printf;
+pub mod quantities;
 pub mod writable;
 
 pub use console::{Console, Echo};
+pub use facts::SceneFacts;
+pub use quantities::{Number, Quantities};
 pub use writable::check_writable;

@@ -1,6 +1,10 @@
 //! What each command says, as typed data: one parser per command, no meaning yet.
 
-use super::{Complaint, Statement};
+pub mod dump;
+pub mod number_format;
+pub mod thermo;
+
+use super::{Args, Complaint, Statement};
 
 /// A parsed command.
 #[derive(Clone, Debug, PartialEq)]
