@@ -2,16 +2,20 @@
 
 pub mod columns;
 pub mod console;
+pub mod dump;
 pub mod facts;
 pub mod printf;
 pub mod quantities;
 pub mod summary;
 pub mod thermo;
+pub mod trajectory;
 pub mod writable;
 
 pub use console::{Console, Echo};
+pub use dump::{DumpObserver, WrittenFile, open_dump};
 pub use facts::SceneFacts;
 pub use quantities::{Number, Quantities};
 pub use summary::{RunSummary, StageTimes};
 pub use thermo::{ThermoRow, ThermoSchedule, ThermoTable};
+pub use trajectory::trajectory_formats;
 pub use writable::check_writable;
