@@ -64,7 +64,9 @@ impl Formats {
             let fits = match kind {
                 Kind::Integer => format.conversion() != Conversion::Text,
                 // C would print garbage for an integer format here; say so instead.
-                Kind::Float => matches!(format.conversion(), Conversion::Fixed | Conversion::Exponent | Conversion::General),
+                Kind::Float => {
+                    matches!(format.conversion(), Conversion::Fixed | Conversion::Exponent | Conversion::General)
+                }
                 Kind::Text => format.conversion() == Conversion::Text,
             };
             if !fits {

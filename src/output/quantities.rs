@@ -281,7 +281,11 @@ pub(crate) mod tests {
             hi: Vec3::new(2.5, 6.0, 6.5),
             sides: [[Side::Shrink; 2], [Side::Fixed, Side::Shrink], [Side::Periodic; 2]],
         };
-        let sums = Sums { kinetic: [0.5, 0.25, 0.125, 0.01, 0.02, 0.03], potential: -3.0, virial: [1.0, 2.0, 4.0, 0.1, 0.2, 0.3] };
+        let sums = Sums {
+            kinetic: [0.5, 0.25, 0.125, 0.01, 0.02, 0.03],
+            potential: -3.0,
+            virial: [1.0, 2.0, 4.0, 0.1, 0.2, 0.3],
+        };
         (state, simulation_box, sums)
     }
 

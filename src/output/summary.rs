@@ -126,7 +126,11 @@ impl RunSummary {
             row("Comm", 0.0),
             row("Output", s.output),
             row("Modify", s.modify),
-            format!("Other   |            | {} |            |       |{}", format_g(s.other, 10, 4, true), percent(s.other)),
+            format!(
+                "Other   |            | {} |            |       |{}",
+                format_g(s.other, 10, 4, true),
+                percent(s.other)
+            ),
         ]
     }
 
@@ -187,7 +191,13 @@ mod tests {
             timestep: 0.005,
             atoms: 256,
             threads: 2,
-            stages: StageTimes { pair: 0.0091109, neighbor: 0.0040378, output: 0.0035258, modify: 0.00034309, other: 0.000174 },
+            stages: StageTimes {
+                pair: 0.0091109,
+                neighbor: 0.0040378,
+                output: 0.0035258,
+                modify: 0.00034309,
+                other: 0.000174,
+            },
             neighbors: NeighborStatistics { builds: 9, dangerous: Some(0), pairs: 9621 },
         }
     }
@@ -234,7 +244,10 @@ Dangerous builds = 0";
         };
         // Loop times of LAMMPS are rounded in its log, so the last digits of the rates differ.
         let metal = of("metal", 0.001, 2, 0.000101959).unwrap();
-        assert_eq!(metal, "Performance: 42369.972 ns/day, 0.001 hours/ns, 490393.197 timesteps/s, 980.786 katom-step/s");
+        assert_eq!(
+            metal,
+            "Performance: 42369.972 ns/day, 0.001 hours/ns, 490393.197 timesteps/s, 980.786 katom-step/s"
+        );
         let real = of("real", 2.0, 2, 6.8425e-05).unwrap();
         assert_eq!(real, "Performance: 126269.638 ns/day, 0.000 hours/ns, 730727.073 timesteps/s, 1.461 Matom-step/s");
         assert!(of("lj", 1.0, 0, 1.0).unwrap().ends_with(" 50.000 timesteps/s, 0.000 atom-step/s"));

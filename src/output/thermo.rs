@@ -230,7 +230,8 @@ impl ThermoTable {
             ThermoLine::Multi => {
                 let cpu = super::printf::format_g(row.cpu, 12, 7, false);
                 let title = format!("------------ Step {:14} ----- CPU = {cpu} (sec) -------------", row.step);
-                let pairs: Vec<String> = self.headers().zip(cells).map(|(h, cell)| format!("{h:<8} = {cell}")).collect();
+                let pairs: Vec<String> =
+                    self.headers().zip(cells).map(|(h, cell)| format!("{h:<8} = {cell}")).collect();
                 let lines: Vec<String> = pairs.chunks(3).map(|three| three.join(" ")).collect();
                 // Full lines end in the blank that would part them from the next value.
                 format!("{title}\n{}", lines.join(" \n"))

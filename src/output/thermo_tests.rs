@@ -33,7 +33,10 @@ fn style_one() {
     let table = table(&["thermo_style one"]);
     let mut row = row(50, 0.0, &[0.0, 0.75416748, -5.7556332, 0.0, -4.6288009, 0.2557531]);
     row.values[0] = Number::Integer(50);
-    assert_eq!(table.header(), ["   Step          Temp          E_pair         E_mol          TotEng         Press     "]);
+    assert_eq!(
+        table.header(),
+        ["   Step          Temp          E_pair         E_mol          TotEng         Press     "]
+    );
     let expected = "        50   0.75416748    -5.7556332      0             -4.6288009      0.2557531    ";
     assert_eq!(table.text(&row).unwrap(), expected);
     assert!(table.footer().is_empty());
@@ -53,8 +56,7 @@ fn a_changing_box_adds_the_volume() {
 fn style_multi() {
     let mut table = table(&["thermo_style multi"]);
     table.start_run(true);
-    let values =
-        [-4.62979, 1.18290, 0.79167, -5.81266, 0.0, 0.0, 0.0, 0.0, -5.81266, 0.0, 0.0, -0.12992, 56.869936];
+    let values = [-4.62979, 1.18290, 0.79167, -5.81266, 0.0, 0.0, 0.0, 0.0, -5.81266, 0.0, 0.0, -0.12992, 56.869936];
     let expected = "\
 ------------ Step            150 ----- CPU =  0.008527918 (sec) -------------
 TotEng   =        -4.6298 KinEng   =         1.1829 Temp     =         0.7917 
@@ -69,7 +71,11 @@ Volume   =        56.8699";
 #[test]
 fn style_yaml() {
     let table = table(&["thermo_style yaml"]);
-    let head = ["---", "keywords: ['Step', 'Temp', 'KinEng', 'PotEng', 'E_bond', 'E_angle', 'E_dihed', 'E_impro', 'E_vdwl', 'E_coul', 'E_long', 'Press', ]", "data:"];
+    let head = [
+        "---",
+        "keywords: ['Step', 'Temp', 'KinEng', 'PotEng', 'E_bond', 'E_angle', 'E_dihed', 'E_impro', 'E_vdwl', 'E_coul', 'E_long', 'Press', ]",
+        "data:",
+    ];
     assert_eq!(table.header(), head);
     let mut row = row(200, 0.0, &[0.0, 0.760849321207528, 1.0]);
     row.values[0] = Number::Integer(200);

@@ -125,10 +125,8 @@ pub fn open_dump(
             trajectory::writer(command, &facts)?
         }
     };
-    let by_id = matches!(
-        command.style,
-        DumpStyle::Dcd | DumpStyle::Xtc | DumpStyle::Netcdf(_) | DumpStyle::Chemfiles { .. }
-    );
+    let by_id =
+        matches!(command.style, DumpStyle::Dcd | DumpStyle::Xtc | DumpStyle::Netcdf(_) | DumpStyle::Chemfiles { .. });
     Ok(Box::new(Dump {
         style: command.style.name(),
         group_mask,
@@ -143,35 +141,25 @@ pub fn open_dump(
     }))
 }
 
-impl Dump {
-    fn frame<'a>(&'a self, snapshot: &'a Snapshot<'a>) -> Frame<'a> {
-        let state = snapshot.state;
-        let lengths = snapshot.simulation_box.lengths();
-        let atoms = (0..state.len()).filter(|&k| state.mask[k] & self.group_mask != 0).collect();
-        let inverse = Vec3::new(1.0 / lengths.x, 1.0 / lengths.y, 1.0 / lengths.z);
-        let mut frame =
-            Frame { snapshot, facts: &self.facts, atoms, inverse, wraps: self.pbc, every: self.every };
-        match self.sort {
-            SortBy::Off => (),
-            SortBy::Id => {
-                let mut atoms = std::mem::take(&mut frame.atoms);
-                atoms.sort_unstable_by_key(|&k| state.id[k]);
-                frame.atoms = atoms;
+/// The atoms of a group in the order asked for. Atoms that compare equal stay as stored.
+fn ordered(frame: &Frame<'_>, group_mask: u32, sort: SortBy, writer: &dyn SnapshotWriter) -> Vec<usize> {
+    let state = frame.snapshot.state;
+    let mut atoms: Vec<usize> = (0..state.len()).filter(|&k| state.mask[k] & group_mask != 0).collect();
+    match sort {
+        SortBy::Off => (),
+        SortBy::Id => atoms.sort_unstable_by_key(|&k| state.id[k]),
+        SortBy::Column(column) => {
+            let index = usize::try_from(column.unsigned_abs()).unwrap_or(usize::MAX).saturating_sub(1);
+            let mut keyed: Vec<(f64, usize)> = atoms.iter().map(|&k| (writer.sort_value(index, frame, k), k)).collect();
+            if column > 0 {
+                keyed.sort_by(|a, b| a.0.total_cmp(&b.0));
+            } else {
+                keyed.sort_by(|a, b| b.0.total_cmp(&a.0));
             }
-            SortBy::Column(column) => {
-                let index = usize::try_from(column.unsigned_abs()).unwrap_or(usize::MAX).saturating_sub(1);
-                let keyed = frame.atoms.iter().map(|&k| (self.writer.sort_value(index, &frame, k), k));
-                let mut keyed: Vec<(f64, usize)> = keyed.collect();
-                if column > 0 {
-                    keyed.sort_by(|a, b| a.0.total_cmp(&b.0));
-                } else {
-                    keyed.sort_by(|a, b| b.0.total_cmp(&a.0));
-                }
-                frame.atoms = keyed.into_iter().map(|(_, k)| k).collect();
-            }
+            atoms = keyed.into_iter().map(|(_, k)| k).collect();
         }
-        frame
     }
+    atoms
 }
 
 impl Observer for Dump {
@@ -192,11 +180,11 @@ impl Observer for Dump {
     }
 
     fn observe(&mut self, snapshot: &Snapshot<'_>, console: &mut Console) -> Result<(), Error> {
-        // The writer is lent out so that the frame can borrow the rest.
-        let frame = self.frame(snapshot);
-        let atoms = frame.atoms;
-        let facts = self.facts.clone();
-        let frame = Frame { facts: &facts, atoms, inverse: frame.inverse, wraps: self.pbc, every: self.every, snapshot };
+        let lengths = snapshot.simulation_box.lengths();
+        let inverse = Vec3::new(1.0 / lengths.x, 1.0 / lengths.y, 1.0 / lengths.z);
+        let (facts, atoms, every) = (&*self.facts, Vec::new(), self.every);
+        let mut frame = Frame { snapshot, facts, atoms, inverse, wraps: self.pbc, every };
+        frame.atoms = ordered(&frame, self.group_mask, self.sort, &*self.writer);
         self.writer.write(&frame, console)?;
         self.last_written = Some(snapshot.step);
         Ok(())
@@ -213,12 +201,12 @@ impl DumpObserver for Dump {
                 DumpChange::Sort(sort) => self.sort = *sort,
                 DumpChange::Pbc(pbc) => self.pbc = *pbc,
                 change => {
-                    if !self.writer.change(change, &self.facts).map_err(|mut complaint| {
-                        if complaint.word == 0 {
-                            complaint.word = setting.word;
-                        }
-                        complaint
-                    })? {
+                    let known = self.writer.change(change, &self.facts).map_err(|complaint| match complaint.word {
+                        // The writer speaks of the setting as a whole.
+                        0 => Complaint { word: setting.word, ..complaint },
+                        _ => complaint,
+                    })?;
+                    if !known {
                         let why = format!("dump style {} has no such setting", self.style);
                         return Err(Complaint::new(setting.word, why));
                     }

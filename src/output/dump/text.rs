@@ -28,7 +28,6 @@ pub(super) struct TextWriter {
     columns: Vec<DumpColumn>,
     headers: Vec<String>,
     formats: Formats,
-    /// Where the formats were given, for complaints.
     scale: bool,
     image: bool,
     header: bool,

@@ -110,8 +110,9 @@ impl TrajectoryWriter {
     fn open(&mut self) -> Result<&mut Trajectory, Error> {
         if self.open.is_none() {
             let append = self.append || self.frames > 0;
-            let trajectory = Trajectory::open_with_format(&self.path, if append { 'a' } else { 'w' }, self.format.as_str())
-                .map_err(|e| self.failed(&e))?;
+            let trajectory =
+                Trajectory::open_with_format(&self.path, if append { 'a' } else { 'w' }, self.format.as_str())
+                    .map_err(|e| self.failed(&e))?;
             self.open = Some(trajectory);
         }
         self.open.as_mut().ok_or_else(|| Error::Unavailable(format!("{}: cannot write", self.path)))

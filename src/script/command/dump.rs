@@ -27,7 +27,9 @@ pub enum DumpStyle {
     Xtc,
     Netcdf(Vec<DumpColumn>),
     /// Ours: any format that chemfiles writes, by the file's extension or by name.
-    Chemfiles { format: Option<Name> },
+    Chemfiles {
+        format: Option<Name>,
+    },
 }
 
 impl DumpStyle {
@@ -182,8 +184,20 @@ fn dump_column(args: &mut Args<'_>) -> Result<DumpColumn, Complaint> {
         Some("f_" | "F_") => "values of fixes",
         Some("v_") => "atom-style variables",
         Some("i_" | "d_" | "i2" | "d2") if text.contains('_') => "custom atom properties",
-        _ if matches!(text, "mol" | "q" | "mux" | "muy" | "muz" | "mu" | "radius" | "diameter" | "typelabel" | "heatflow" | "temperature")
-            || text.starts_with("omega")
+        _ if matches!(
+            text,
+            "mol"
+                | "q"
+                | "mux"
+                | "muy"
+                | "muz"
+                | "mu"
+                | "radius"
+                | "diameter"
+                | "typelabel"
+                | "heatflow"
+                | "temperature"
+        ) || text.starts_with("omega")
             || text.starts_with("angmom")
             || text.starts_with("tq") =>
         {
