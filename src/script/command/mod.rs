@@ -1,24 +1,46 @@
 //! What each command says, as typed data: one parser per command, no meaning yet.
 
+pub mod create_atoms;
+pub mod create_box;
+pub mod dump;
 pub mod fix;
+pub mod group;
 pub mod lammps_names;
+pub mod lattice;
+pub mod mass;
 pub mod neighbor;
 pub mod output_control;
 pub mod pair;
+pub mod read_data;
+pub mod region;
 pub mod run;
 pub mod setup;
+pub mod thermo;
 pub mod timestep;
+pub mod velocity;
+pub mod write_data;
 
 use super::statement::{Args, Complaint, Name, Statement};
 use crate::script::suggest;
 
+pub use create_atoms::CreateAtomsCommand;
+pub use create_box::CreateBoxCommand;
+pub use dump::{DumpCommand, DumpModifyCommand, UndumpCommand};
 pub use fix::{FixCommand, UnfixCommand};
+pub use group::GroupCommand;
+pub use lattice::LatticeCommand;
+pub use mass::MassCommand;
 pub use neighbor::{NeighModifyCommand, NeighborCommand};
 pub use output_control::{EchoCommand, LogCommand, PrintCommand};
 pub use pair::{PairCoeffCommand, PairModifyCommand, PairStyleCommand};
+pub use read_data::ReadDataCommand;
+pub use region::RegionCommand;
 pub use run::RunCommand;
 pub use setup::{AtomModifyCommand, AtomStyleCommand, BoundaryCommand, DimensionCommand, NewtonCommand, UnitsCommand};
+pub use thermo::{ThermoCommand, ThermoModifyCommand, ThermoStyleCommand};
 pub use timestep::{ResetTimestepCommand, TimestepCommand};
+pub use velocity::VelocityCommand;
+pub use write_data::WriteDataCommand;
 
 /// Declares [`Command`] and its dispatch: one line a command.
 macro_rules! commands {
@@ -54,6 +76,15 @@ commands! {
     "dimension" => Dimension(DimensionCommand),
     "boundary" => Boundary(BoundaryCommand),
     "newton" => Newton(NewtonCommand),
+    "lattice" => Lattice(LatticeCommand),
+    "region" => Region(RegionCommand),
+    "create_box" => CreateBox(CreateBoxCommand),
+    "create_atoms" => CreateAtoms(CreateAtomsCommand),
+    "read_data" => ReadData(ReadDataCommand),
+    "write_data" => WriteData(WriteDataCommand),
+    "mass" => Mass(MassCommand),
+    "group" => Group(GroupCommand),
+    "velocity" => Velocity(VelocityCommand),
     "neighbor" => Neighbor(NeighborCommand),
     "neigh_modify" => NeighModify(NeighModifyCommand),
     "fix" => Fix(FixCommand),
@@ -63,6 +94,12 @@ commands! {
     "pair_modify" => PairModify(PairModifyCommand),
     "timestep" => Timestep(TimestepCommand),
     "reset_timestep" => ResetTimestep(ResetTimestepCommand),
+    "thermo" => Thermo(ThermoCommand),
+    "thermo_style" => ThermoStyle(ThermoStyleCommand),
+    "thermo_modify" => ThermoModify(ThermoModifyCommand),
+    "dump" => Dump(DumpCommand),
+    "dump_modify" => DumpModify(DumpModifyCommand),
+    "undump" => Undump(UndumpCommand),
     "log" => Log(LogCommand),
     "print" => Print(PrintCommand),
     "echo" => Echo(EchoCommand),
