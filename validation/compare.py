@@ -44,6 +44,8 @@ class SceneResult:
     name: str
     atoms: int = 0
     steps: int = 0
+    #: Pairs in LAMMPS's list at the end of the run.
+    pairs: int = 0
     checks: list[Check] = field(default_factory=list)
     #: Relative difference of each thermo column at each printed step: {column: [[Lennard-Jones time, difference], ..]}.
     deviations: dict[str, list[list[float]]] = field(default_factory=dict)
@@ -123,8 +125,10 @@ def _compare_thermo(result: SceneResult, lammps: LammpsResult, octant: OctantRes
         return
     steps = np.array(theirs.column("Step"))
     times = (steps - steps[0]) * lj_times_per_step
-    bounds = np.array([tolerances.thermo_bound(time) for time in times])
+    pairs = theirs.statistics["pairs"]
+    bounds = np.array([tolerances.thermo_bound(time, pairs) for time in times])
     result.steps = int(steps[-1] - steps[0])
+    result.pairs = int(pairs)
     for column in theirs.columns[1:]:
         reference = np.array(theirs.column(column))
         values = np.array([row[column] for row in ours], dtype=np.float64)

@@ -29,10 +29,11 @@ _ZERO = 1e-17
 def write(folder: Path, scenes: Sequence[SceneResult]) -> None:
     """Writes ``validation.png`` and ``validation.svg``: thermo differences over time, force and position differences by scene."""
     plt.rcParams.update({"font.size": 9, "svg.hashsalt": "octant", "axes.spines.top": False, "axes.spines.right": False})
-    figure, axes = plt.subplots(1, 4, figsize=(13, 4.4), layout="constrained", sharey=True)
+    figure, axes = plt.subplots(1, 4, figsize=(14, 4.6), layout="constrained", sharey=True)
     end = max((point[0] for scene in scenes for column in scene.deviations.values() for point in column), default=1.0)
     times = np.linspace(0, end, 200)
-    bounds = [tolerances.thermo_bound(time) for time in times]
+    pairs = max((scene.pairs for scene in scenes), default=0)
+    bounds = [tolerances.thermo_bound(time, pairs) for time in times]
     for panel, (title, names) in zip(axes, _THERMO, strict=False):
         panel.fill_between(times, bounds, 1, color="0.93", lw=0)
         panel.plot(times, bounds, color="0.45", lw=1)
@@ -49,7 +50,7 @@ def write(folder: Path, scenes: Sequence[SceneResult]) -> None:
     axes[0].set_ylabel("difference octant - LAMMPS, relative")
 
     panel = axes[-1]
-    panel.set_title("Forces when melted, positions after 10 steps", loc="left")
+    panel.set_title("Forces, and positions after 10 steps", loc="left")
     marks = [("forces, max", "^", tolerances.FORCE_MAX), ("forces, RMS", "o", tolerances.FORCE_RMS), ("positions", "s", tolerances.POSITION)]
     for offset, (name, marker, tolerance) in zip((-0.22, 0.0, 0.22), marks, strict=True):
         places = [index + offset for index, scene in enumerate(scenes) if scene.check(name)]

@@ -126,7 +126,7 @@ def _markdown(about: dict, scenes: Sequence[SceneResult], cases: Sequence[Check]
         "",
         "- neighbors: the neighbor count of every atom within cutoff plus skin, on the initial configuration and on the one LAMMPS's run ended with; equal for every atom or not.",
         "- list length, builds, dangerous: of the whole run, as printed at its end; equal, so one number is shown (dangerous builds are not counted with `check no`).",
-        f"- energy, temperature, pressure: largest difference over all thermo rows, relative to the column's largest magnitude. Tolerance {tolerances.THERMO.value:.0e} at the first row: {tolerances.THERMO.reason}.",
+        f"- energy, temperature, pressure: largest difference over all thermo rows, relative to the column's largest magnitude. Tolerance: {tolerances.THERMO.value:.0e} for {tolerances.THERMO.reason}; and {tolerances.ADDITION.value:.1e} for {tolerances.ADDITION.reason}.",
         "- rows: thermo rows that are equal in every printed digit; for the benchmark scene all must be.",
         f"- force, max: {tolerances.FORCE_MAX.reason}. Tolerance {tolerances.FORCE_MAX.value:.0e}.",
         f"- force, RMS: {tolerances.FORCE_RMS.reason}. Tolerance {tolerances.FORCE_RMS.value:.0e}.",
