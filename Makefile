@@ -1,0 +1,84 @@
+# Every habit is one target; `make help` lists them. On a fresh machine with a Rust toolchain, a C and C++ compiler, make and
+# Python 3.10 or newer, `make run` and `make test` set up everything they need.
+
+SHELL  := /bin/sh
+PYTHON ?= python3
+# Found before .venv/bin comes first in PATH below: an environment cannot be made anew with its own interpreter.
+FOUND  := $(shell command -v $(PYTHON))
+VENV   := .venv
+PIP    := $(VENV)/bin/python -m pip --disable-pip-version-check
+PYTEST := $(VENV)/bin/python -m pytest
+TARGET := $(or $(CARGO_TARGET_DIR),target)
+
+# CMake 3 for the C++ library of chemfiles comes from the virtual environment; a newer one on the machine must not be found first.
+export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
+
+# One profile with chemfiles for everything: its C++ library, by far the longest part of a first build, is compiled once per
+# profile, so `run`, `test`, `lint` and `bench` all use the release profile and share it. The checks of a debug build (integer
+# overflow, debug assertions) are had from the same tests built without chemfiles, which needs no C++.
+FLAGS := --release
+
+.DEFAULT_GOAL := help
+.PHONY: help run build test test-rust test-minimal test-python lint validate bench fuzz clean check-tools
+
+help: ## list the targets
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1|\2/' | column -t -s '|' 2>/dev/null \
+	  || grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST)
+
+run: build ## build, then run the main scene, inputs/melt.in (its files go to output/)
+	@mkdir -p output
+	$(TARGET)/release/octant run inputs/melt.in --log output/log.octant
+
+build: $(VENV)/.ready ## build the release binary
+	cargo build $(FLAGS)
+
+test: lint test-rust test-minimal test-python ## every test: Rust, the build without chemfiles, Python with LAMMPS
+
+test-rust: $(VENV)/.ready ## Rust tests, with chemfiles
+	cargo test $(FLAGS)
+
+# A target folder of its own, so that neither build throws the other's binary away.
+test-minimal: check-tools ## Rust tests without chemfiles and CMake, with overflow checks and debug assertions
+	cargo build --no-default-features --target-dir $(TARGET)/minimal
+	cargo test --no-default-features --target-dir $(TARGET)/minimal
+
+test-python: build ## Python tests: comparison with LAMMPS, logs and trajectories as other tools read them, the README
+	$(PYTEST) validation
+
+lint: $(VENV)/.ready ## formatting and lints
+	cargo fmt --check
+	cargo clippy $(FLAGS) --all-targets -- -D warnings
+
+validate: build ## every scene through LAMMPS and octant; table, JSON and plot in validation/results/
+	$(VENV)/bin/python -m validation
+
+bench: $(VENV)/.ready ## benchmarks
+	cargo bench
+
+fuzz: check-tools ## throw random bytes at the script reader for a minute (FUZZ_SECONDS=60)
+	@command -v cargo-fuzz >/dev/null || { \
+	  echo "make fuzz needs cargo-fuzz and a nightly toolchain: cargo install cargo-fuzz && rustup toolchain install nightly" >&2; exit 1; }
+	for target in $$(cargo +nightly fuzz list --fuzz-dir tests/fuzz); do \
+	  cargo +nightly fuzz run --fuzz-dir tests/fuzz $$target -- -max_total_time=$(or $(FUZZ_SECONDS),60) || exit 1; \
+	done
+
+clean: ## remove everything that was built, installed or written
+	rm -rf $(TARGET) $(VENV) output log.octant
+
+check-tools:
+	@command -v cargo >/dev/null || { \
+	  echo "octant needs a Rust toolchain, and there is no cargo: install it from https://rustup.rs" >&2; exit 1; }
+
+# The stamp is written last: an installation that was interrupted, or was made for other requirements, starts again from an empty folder.
+$(VENV)/.ready: validation/requirements.txt | check-tools
+	@command -v c++ >/dev/null && command -v cc >/dev/null || { \
+	  echo "chemfiles needs a C and a C++ compiler (cc, c++). Debian, Ubuntu: sudo apt install build-essential; Fedora: sudo dnf install gcc-c++" >&2; exit 1; }
+	@test -n "$(FOUND)" || { \
+	  echo "octant's tools need Python 3.10 or newer, and there is no $(PYTHON). Debian, Ubuntu: sudo apt install python3 python3-venv" >&2; exit 1; }
+	@"$(FOUND)" -c 'import sys; sys.exit(sys.version_info < (3, 10))' || { \
+	  echo "octant's tools need Python 3.10 or newer; $(FOUND) is $$("$(FOUND)" -V 2>&1). Name a newer one: make PYTHON=/path/to/python3.12 ..." >&2; exit 1; }
+	@"$(FOUND)" -c 'import ensurepip, venv' 2>/dev/null || { \
+	  echo "$(FOUND) cannot make virtual environments, its venv module is incomplete. Debian, Ubuntu: sudo apt install python3-venv" >&2; exit 1; }
+	"$$("$(FOUND)" -c 'import sys; print(sys._base_executable)')" -m venv --clear $(VENV)
+	$(PIP) install --quiet --requirement validation/requirements.txt
+	@touch $@

