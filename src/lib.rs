@@ -1,5 +1,6 @@
 //! Octant: molecular dynamics of atoms with short-range pair forces, from LAMMPS input scripts.
 
+pub mod cli;
 pub mod dynamics;
 pub mod engine;
 pub mod error;
@@ -9,6 +10,7 @@ pub mod pair;
 pub mod real;
 pub mod scene;
 pub mod script;
+pub mod session;
 pub mod system;
 
 pub use error::Error;

@@ -27,7 +27,8 @@ pub fn info() -> Result<ExitCode, Error> {
     } else {
         println!("trajectories  LAMMPS atom, custom, xyz; with chemfiles:");
         for format in formats {
-            println!("  {format}");
+            let velocities = if format.velocities { ", velocities" } else { "" };
+            println!("  {:<20}  {}{velocities}", format.name, format.extension.as_deref().unwrap_or("(by name)"));
         }
     }
     Ok(ExitCode::SUCCESS)

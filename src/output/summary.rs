@@ -20,6 +20,17 @@ pub struct StageTimes {
     pub other: f64,
 }
 
+impl StageTimes {
+    /// Adds another run's times.
+    pub fn add(&mut self, other: &Self) {
+        self.pair += other.pair;
+        self.neighbor += other.neighbor;
+        self.output += other.output;
+        self.modify += other.modify;
+        self.other += other.other;
+    }
+}
+
 /// A finished run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunSummary {

@@ -164,15 +164,19 @@ impl SceneBuilder {
 
     /// `velocity`.
     pub fn velocity(&mut self, command: &velocity::VelocityCommand) -> Result<Messages, Complaint> {
-        let space = self.space()?;
-        let context = VelocityContext {
-            groups: &self.groups,
-            masses: &self.masses,
-            lattice: self.lattice.as_ref(),
-            simulation_box: space,
-            units: self.units,
-        };
-        super::velocity(command, &context, &mut self.state)?;
+        let mut state = std::mem::take(&mut self.state);
+        let changed = self.space().and_then(|space| {
+            let context = VelocityContext {
+                groups: &self.groups,
+                masses: &self.masses,
+                lattice: self.lattice.as_ref(),
+                simulation_box: space,
+                units: self.units,
+            };
+            super::velocity(command, &context, &mut state)
+        });
+        self.state = state;
+        changed?;
         Ok(Messages::new())
     }
 
@@ -201,7 +205,8 @@ impl SceneBuilder {
     pub fn unfix(&mut self, id: &Name) -> Result<Messages, Complaint> {
         let Some(place) = self.fixes.iter().position(|f| f.id == id.text) else {
             let known: Vec<_> = self.fixes.iter().map(|f| f.id.as_str()).collect();
-            let known = if known.is_empty() { "there is none".into() } else { format!("defined: {}", known.join(", ")) };
+            let known =
+                if known.is_empty() { "there is none".into() } else { format!("defined: {}", known.join(", ")) };
             return Err(Complaint::new(id.word, format!("expected a fix ID, got '{}' ({known})", id.text)));
         };
         self.fixes.remove(place);
@@ -214,10 +219,10 @@ impl SceneBuilder {
         self.timestep = timestep;
     }
 
-    /// `reset_timestep`: LAMMPS counts time from the new step on.
-    pub fn reset_step(&mut self, step: i64) {
+    /// `reset_timestep`: unless a time is given, it is the new step times the timestep.
+    pub fn reset_step(&mut self, step: i64, time: Option<f64>) {
         self.step = step;
-        self.time_origin = (step as f64 * self.timestep, step);
+        self.time_origin = (time.unwrap_or(step as f64 * self.timestep), step);
     }
 
     /// Simulated time, time units.

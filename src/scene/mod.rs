@@ -1,5 +1,6 @@
 //! The meaning of a script: lattices, regions, atoms, velocities, data files.
 
+pub mod builder;
 pub mod create_atoms;
 pub mod create_box;
 pub mod data_file;
@@ -12,6 +13,7 @@ pub mod region;
 pub mod type_range;
 pub mod velocity;
 
+pub use builder::SceneBuilder;
 pub use create_atoms::{CreateContext, create_atoms};
 pub use create_box::create_box;
 pub use group::Groups;

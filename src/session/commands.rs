@@ -105,7 +105,12 @@ pub fn carry_out(
             print(command, pass.console(), live).map_err(|c| statement.complain(c))?;
         }
         Command::Echo(command) => {
-            pass.console().set_echo(Echo { screen: command.screen, log: command.log });
+            pass.console().set_echo(match (command.screen, command.log) {
+                (false, false) => Echo::None,
+                (true, false) => Echo::Screen,
+                (false, true) => Echo::Log,
+                (true, true) => Echo::Both,
+            });
         }
         other => {
             let lines = script.apply(statement, other).map_err(|c| statement.complain(c))?;
@@ -128,7 +133,11 @@ fn log(command: &LogCommand, console: &mut Console) -> Result<(), Error> {
 }
 
 fn print(command: &PrintCommand, console: &mut Console, live: bool) -> Result<(), Complaint> {
-    if command.screen { console.line(&command.text) } else { console.log_only(&command.text) }
+    if command.screen {
+        console.line(&command.text)
+    } else {
+        console.log_only(&command.text)
+    }
     let Some((file, append)) = &command.file else { return Ok(()) };
     if !live {
         return check_writable(&file.text).map_err(|m| Complaint::new(file.word, m));
@@ -177,7 +186,9 @@ impl ScriptState {
                 nothing
             }
             Command::Newton(c) if c.pair => nothing,
-            Command::Newton(_) => Err(Complaint::new(1, "newton off is not part of octant, which has full lists anyway")),
+            Command::Newton(_) => {
+                Err(Complaint::new(1, "newton off is not part of octant, which has full lists anyway"))
+            }
             Command::Lattice(c) => scene.lattice(c),
             Command::Region(c) => scene.region(c),
             Command::CreateBox(c) => scene.create_box(c),
@@ -301,7 +312,10 @@ impl ScriptState {
         let mut words = command.args.iter();
         while let Some(keyword) = words.next() {
             let value = words.next().ok_or_else(|| {
-                Complaint::new(keyword.word, format!("expected a value for '{}', got the end of the line", keyword.text))
+                Complaint::new(
+                    keyword.word,
+                    format!("expected a value for '{}', got the end of the line", keyword.text),
+                )
             })?;
             match keyword.text.as_str() {
                 "shift" => pair.shift = yes_no(value)?,
@@ -310,7 +324,8 @@ impl ScriptState {
                     let message = || format!("expected {}, got '{}'", Mixing::NAMES.join(", "), value.text);
                     pair.mixing = Mixing::ALL[rule.ok_or_else(|| Complaint::new(value.word, message()))?];
                 }
-                "tail" | "table" | "table/disp" | "tabinner" | "tabinner/disp" | "compute" | "nofdotr" | "special" | "pair" => {
+                "tail" | "table" | "table/disp" | "tabinner" | "tabinner/disp" | "compute" | "nofdotr" | "special"
+                | "pair" => {
                     if keyword.text == "tail" && !yes_no(value)? {
                         continue;
                     }
@@ -341,7 +356,8 @@ impl ScriptState {
     fn dump_place(&self, id: &Name) -> Result<usize, Complaint> {
         self.dumps.iter().position(|d| d.command.id.text == id.text).ok_or_else(|| {
             let known: Vec<_> = self.dumps.iter().map(|d| d.command.id.text.as_str()).collect();
-            let known = if known.is_empty() { "there is none".into() } else { format!("defined: {}", known.join(", ")) };
+            let known =
+                if known.is_empty() { "there is none".into() } else { format!("defined: {}", known.join(", ")) };
             Complaint::new(id.word, format!("expected a dump ID, got '{}' ({known})", id.text))
         })
     }
@@ -406,4 +422,3 @@ fn yes_no(name: &Name) -> Result<bool, Complaint> {
         other => Err(Complaint::new(name.word, format!("expected yes or no, got '{other}'"))),
     }
 }
-

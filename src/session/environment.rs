@@ -1,13 +1,13 @@
 //! The simulation as formulas see it between runs and inside them.
 
 use crate::engine::{NeighborStatistics, Snapshot, Sums};
-use crate::output::quantities::{Quantities, keyword};
 use crate::output::SceneFacts;
+use crate::output::quantities::{Quantities, keyword};
 use crate::scene::SceneBuilder;
 use crate::scene::group_functions::{GroupContext, group_function};
 use crate::script::{Environment, Quantity};
-use crate::system::{SimulationBox, State};
 use crate::system::temperature::sum_mass_velocity_squared;
+use crate::system::{SimulationBox, State};
 
 /// A stand-in for values that only a run can tell; odd enough that no sensible condition holds for it by accident.
 const STAND_IN: f64 = 0.7390851332151607;

@@ -14,7 +14,7 @@ use crate::engine::cpu::CpuBackend;
 use crate::engine::{Backend, Needs};
 use crate::neighbor::Grid;
 use crate::output::Console;
-use crate::output::json::Report;
+use crate::output::Report;
 use crate::script::{Command, Source, Statement};
 
 /// What `octant check` says of a good script.
@@ -47,7 +47,11 @@ struct Checkpoint {
 
 /// Judges a whole script: every command is parsed and applied, runs are set up on paper only. What the commands before the
 /// first run print goes to `console`; the rest of the script is judged in silence.
-fn judge(source: &Arc<Source>, settings: &Settings, console: Console) -> Result<(Judged, ScriptState, Option<Checkpoint>, Console), Error> {
+fn judge(
+    source: &Arc<Source>,
+    settings: &Settings,
+    console: Console,
+) -> Result<(Judged, ScriptState, Option<Checkpoint>, Console), Error> {
     let mut state = ScriptState::new(source, settings)?;
     let mut judged = Judged::default();
     let mut checkpoint = None;
@@ -96,11 +100,13 @@ pub fn run(script: &Path, settings: &Settings) -> Result<Outcome, Error> {
     let (_, end, checkpoint, mut console) = judge(&source, settings, console)?;
     let backend: Box<dyn Backend> = Box::new(CpuBackend::new(settings.threads)?);
     if let Some(path) = &settings.json {
-        crate::output::check_writable(path).map_err(|m| Error::Unavailable(format!("--json {}: {m}", path.display())))?;
+        crate::output::check_writable(path)
+            .map_err(|m| Error::Unavailable(format!("--json {}: {m}", path.display())))?;
     }
     console.release()?;
-    let report = Report::new(&source.name, settings, backend.threads());
-    let mut live = Live { settings, console, backend, dumps: Vec::new(), files: Vec::new(), report, started };
+    let mut report = Report::new();
+    report.settings = settings.describe(&source.name, &*backend);
+    let mut live = Live { settings, console, backend, dumps: Vec::new(), files: Vec::new(), report, steps: 0, started };
     let (mut state, outcome) = match checkpoint {
         None => (end, Outcome::Finished),
         Some(Checkpoint { mut state, statement }) => {
@@ -111,7 +117,7 @@ pub fn run(script: &Path, settings: &Settings) -> Result<Outcome, Error> {
     };
     live.console.log_only("");
     live.console.echo(&state.interpreter.trailing_echo());
-    live.finish(&state, outcome)?;
+    live.finish(outcome)?;
     Ok(outcome)
 }
 

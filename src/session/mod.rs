@@ -1,12 +1,14 @@
 //! From a script to a finished run: reads commands one by one, judges the whole script first, then carries it out.
 
 mod commands;
+mod data;
 mod environment;
 mod judge;
 mod run;
 mod settings;
+mod state;
 
-pub use judge::{check, neighbors, run};
+pub use judge::{Judged, Neighbors, check, neighbors, run, stop_on_interrupt};
 pub use run::Outcome;
 pub use settings::{BackendChoice, Precision, Settings};
 
@@ -53,6 +55,8 @@ struct Live<'a> {
     /// Open dumps by id.
     dumps: Vec<(String, Box<dyn DumpObserver>)>,
     files: Vec<WrittenFile>,
-    report: crate::output::json::Report,
+    report: crate::output::Report,
+    /// Steps of all runs so far.
+    steps: i64,
     started: std::time::Instant,
 }

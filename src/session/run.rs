@@ -5,17 +5,16 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::environment::{BetweenRuns, InsideRun, LastRun, facts};
+use super::environment::{InsideRun, LastRun, facts};
 use super::{Live, ScriptState};
 use crate::Error;
 use crate::engine::{Fault, Needs, Program, Reached, Snapshot, Sums};
-use crate::output::progress::Progress;
-use crate::output::thermo::memory_line;
-use crate::output::{Quantities, RunSummary, SceneFacts, StageTimes, ThermoSchedule};
-use crate::script::command::run::RunCommand;
 use crate::output::printf::format_g;
+use crate::output::thermo::memory_line;
+use crate::output::{Progress, Quantities, RunSummary, SceneFacts, StageTimes, ThermoSchedule};
 use crate::scene::builder::g8;
 use crate::script::Complaint;
+use crate::script::command::run::RunCommand;
 
 /// How a script ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +50,8 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     let mut facts = facts(&script.scene);
     facts.counting_from = command.start;
     script.thermo.start_run(script.scene.space()?.shrinks());
-    let schedule = ThermoSchedule::new(script.thermo_every, first);
+    let schedule = ThermoSchedule { every: script.thermo_every, first };
+    let facts = Arc::new(facts);
     open_dumps(script, live, &facts)?;
 
     let keep = !command.pre && script.continues;
@@ -78,8 +78,8 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
 
     let started = Instant::now();
     let cpu_before = processor_seconds();
-    let mut progress = Progress::start(last - first, script.scene.state.len(), live.settings.quiet);
-    live.console.set_bar(progress.bar());
+    let atoms = script.scene.state.len();
+    let mut progress = Progress::start(first, last, atoms, live.settings.quiet, &mut live.console);
     let mut output_seconds = 0.0;
     let mut reached = Reached::End;
     let mut lost = 0;
@@ -132,7 +132,16 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
         let dump_next = live.dumps.iter().filter_map(|(_, d)| d.next(now, last));
         let next = dump_next.chain(thermo_next).chain([last]).min().unwrap_or(last);
         while now < next && reached == Reached::End {
-            let ahead = progress.steps_ahead(PROGRESS_INTERVAL).map_or(next - now, |k| k.clamp(1, next - now));
+            // A bar moves only when the engine comes back.
+            let pace = if progress.is_shown() && now > first {
+                let rate = (now - first) as f64 / started.elapsed().as_secs_f64();
+                (rate * PROGRESS_INTERVAL.as_secs_f64()) as i64
+            } else if progress.is_shown() {
+                1
+            } else {
+                next - now
+            };
+            let ahead = pace.clamp(1, next - now);
             let mut needs = Needs::default();
             if now + ahead == next {
                 needs = thermo_needs;
@@ -143,14 +152,13 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
             let advanced = live.backend.advance(ahead as u64, needs, &STOP);
             reached = advanced.map_err(|fault| stop(fault, script, live, &program))?;
             now = live.backend.step();
-            progress.at(now - first);
+            progress.reach(now);
             if STOP.load(Ordering::Relaxed) {
                 reached = Reached::Interrupted;
             }
         }
     }
-    live.console.set_bar(None);
-    progress.finish();
+    progress.finish(&mut live.console);
     for line in script.thermo.footer() {
         live.console.line(&line);
     }
@@ -180,9 +188,8 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     for line in summary.lines(command.post) {
         live.console.line(&line);
     }
-    live.report.add_run(&summary);
-    script.last_run =
-        Some(LastRun { sums, neighbors: summary.neighbors, first_step: first, seconds: loop_seconds });
+    live.report_run(&summary);
+    script.last_run = Some(LastRun { sums, neighbors: summary.neighbors, first_step: first, seconds: loop_seconds });
     script.continues = true;
     if let Some(fault) = live.console.take_fault() {
         return Err(fault.into());
@@ -241,13 +248,16 @@ fn show(
 }
 
 /// Opens the dumps the script has defined since the last run.
-fn open_dumps(script: &ScriptState, live: &mut Live<'_>, facts: &SceneFacts) -> Result<(), RunError> {
+fn open_dumps(script: &ScriptState, live: &mut Live<'_>, facts: &Arc<SceneFacts>) -> Result<(), RunError> {
     for setup in &script.dumps {
         let id = &setup.command.id.text;
         if live.dumps.iter().any(|(open, _)| open == id) {
             continue;
         }
-        live.dumps.push((id.clone(), setup.open(facts)?));
+        live.dumps.push((id.clone(), setup.open(facts.clone())?));
+    }
+    for (_, dump) in &mut live.dumps {
+        dump.set_facts(facts.clone());
     }
     Ok(())
 }
@@ -296,8 +306,10 @@ fn stop(fault: Fault, script: &ScriptState, live: &mut Live<'_>, program: &Progr
     let mut message = fault.to_string();
     if let Some(good) = &fault.last_good {
         let path = good_state_path(live.settings.log.as_deref());
-        match super::commands::write_good_state(&path, script, good, program) {
-            Ok(()) => message += &format!("\n  the state of step {} is in {} (read_data takes it)", good.step, path.display()),
+        match super::data::write_good_state(&path, script, good, program) {
+            Ok(()) => {
+                message += &format!("\n  the state of step {} is in {} (read_data takes it)", good.step, path.display())
+            }
             Err(e) => message += &format!("\n  the state of step {} could not be written: {e}", good.step),
         }
     }

@@ -1,8 +1,12 @@
 //! What the command line decides.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use serde_json::Value;
+
 use crate::Error;
+use crate::engine::Backend;
 use crate::neighbor::Search;
 
 /// Which engine to run on.
@@ -50,12 +54,30 @@ impl Settings {
     pub fn check(&self) -> Result<(), Error> {
         if self.backend == BackendChoice::Cuda {
             return Err(Error::Unavailable(
-                "backend cuda is not part of this version of octant; --backend cpu (or auto) runs on the processor".into(),
+                "backend cuda is not part of this version of octant; --backend cpu (or auto) runs on the processor"
+                    .into(),
             ));
         }
         if self.precision != Precision::Double {
             return Err(Error::Unavailable("this version of octant computes in double precision only".into()));
         }
         Ok(())
+    }
+
+    /// For the report: how a script is run.
+    pub fn describe(&self, script: &str, backend: &dyn Backend) -> BTreeMap<String, Value> {
+        let precision = match self.precision {
+            Precision::Single => "single",
+            Precision::Mixed => "mixed",
+            Precision::Double => "double",
+        };
+        let entries = [
+            ("script", Value::from(script)),
+            ("backend", backend.describe().into()),
+            ("threads", backend.threads().into()),
+            ("precision", precision.into()),
+            ("search", self.search.name().into()),
+        ];
+        entries.into_iter().map(|(key, value)| (key.to_string(), value)).collect()
     }
 }

@@ -39,16 +39,9 @@ impl RanPark {
         if let Some(second) = self.kept.take() {
             return second;
         }
-        loop {
-            let v1 = 2.0 * self.uniform() - 1.0;
-            let v2 = 2.0 * self.uniform() - 1.0;
-            let rsq = v1 * v1 + v2 * v2;
-            if rsq < 1.0 && rsq != 0.0 {
-                let factor = (-2.0 * rsq.ln() / rsq).sqrt();
-                self.kept = Some(v1 * factor);
-                return v2 * factor;
-            }
-        }
+        let (first, second) = polar_pair(|| self.uniform());
+        self.kept = Some(second);
+        first
     }
 
     /// Draws `count` numbers and throws them away.
@@ -75,6 +68,19 @@ impl RanPark {
         self.state = i64::from(hash & 0x7ff_ffff).max(1);
         self.kept = None;
         self.skip(5);
+    }
+}
+
+/// Two independent standard normals from uniform numbers, in the order in which LAMMPS hands them out.
+pub fn polar_pair(mut uniform: impl FnMut() -> f64) -> (f64, f64) {
+    loop {
+        let v1 = 2.0 * uniform() - 1.0;
+        let v2 = 2.0 * uniform() - 1.0;
+        let square = v1 * v1 + v2 * v2;
+        if square > 0.0 && square < 1.0 {
+            let factor = (-2.0 * square.ln() / square).sqrt();
+            return (v2 * factor, v1 * factor);
+        }
     }
 }
 

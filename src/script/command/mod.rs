@@ -9,6 +9,7 @@ pub mod lammps_names;
 pub mod lattice;
 pub mod mass;
 pub mod neighbor;
+pub mod number_format;
 pub mod output_control;
 pub mod pair;
 pub mod read_data;
