@@ -1,4 +1,4 @@
-"""``python -m validation``: every scene and case through both programs; exit code 1 where one is outside its tolerance."""
+"""``python -m validation``: every scene and case through both programs; exit 1 where one is outside its tolerance."""
 
 from __future__ import annotations
 

@@ -107,7 +107,8 @@ _LATTICES = {
     "sphere": (
         "lj",
         "p p p",
-        "lattice fcc 0.9\nregion b block 0 6 0 6 0 6\ncreate_box 1 b\nregion s sphere 3.1 2.9 3 2.2\ncreate_atoms 1 region s",
+        "lattice fcc 0.9\nregion b block 0 6 0 6 0 6\ncreate_box 1 b\n"
+        "region s sphere 3.1 2.9 3 2.2\ncreate_atoms 1 region s",
     ),
     "outside a cylinder": (
         "lj",

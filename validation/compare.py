@@ -65,7 +65,7 @@ class SceneResult:
 
 
 def compare_scene(scene: Scene, variables: Mapping[str, str | int], scratch: Path) -> SceneResult:
-    """Runs one scene through both programs. ``variables`` are set on both command lines; ``scratch`` is an empty folder."""
+    """Runs one scene through both programs, with ``variables`` set; ``scratch`` is a folder to make and remove."""
     result = SceneResult(scene.name)
     script = Script.read(scene.path)
     shared = {**scene.variables, **variables}
@@ -97,7 +97,7 @@ def compare_scene(scene: Scene, variables: Mapping[str, str | int], scratch: Pat
         with_run = Script.read(path).then("run 0").write(path.with_suffix(".run.in"))
         ours = count_neighbors(with_run, shared)
         theirs = run_lammps(with_run, shared, neighbors=True).neighbors
-        result.checks.append(_compare_counts(name, ours, theirs))
+        result.checks.append(compare_counts(name, ours, theirs))
 
     # Forces there and positions a few steps later, every digit.
     frames = {}
@@ -141,7 +141,7 @@ def _compare_thermo(result: SceneResult, lammps: LammpsResult, octant: OctantRes
         scale = np.abs(reference).max() or 1.0
         difference = np.abs(values - reference) / scale
         result.deviations[column] = np.column_stack([times, difference]).tolist()
-        detail = f"{difference[0]:.1e} at the first step, {difference[-1]:.1e} at the last; the bound there is {bounds[-1]:.1e}"
+        detail = f"{difference[0]:.1e} at the first step, {difference[-1]:.1e} at the last (bound {bounds[-1]:.1e})"
         result.checks.append(Check(column, float((difference / bounds).max()), 1.0, detail))
 
 
@@ -170,7 +170,7 @@ def _compare_lists(result: SceneResult, lammps: LammpsResult, octant: OctantResu
         result.checks.append(Check(name, difference, 0.0, detail))
 
 
-def _compare_counts(name: str, ours: NDArray[np.int64], theirs: NDArray[np.int64] | None) -> Check:
+def compare_counts(name: str, ours: NDArray[np.int64], theirs: NDArray[np.int64] | None) -> Check:
     if theirs is None or ours.shape != theirs.shape:
         shape = None if theirs is None else theirs.shape
         return Check(name, float("inf"), 0.0, f"{ours.shape} counts, LAMMPS has {shape}")

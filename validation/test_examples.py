@@ -11,8 +11,8 @@ import pytest
 from validation.lammps_runner import run_lammps
 from validation.octant_runner import run_octant
 
-#: Trees with `examples` and `bench`: Debian's package, and one named in the environment. The scripts are LAMMPS's, so none
-#: stands in this repository.
+#: Trees with `examples` and `bench`: Debian's package, and one named in the environment. The scripts are LAMMPS's, so
+#: none stands in this repository.
 TREES = [Path(tree) for tree in (os.environ.get("LAMMPS_TREE"), "/usr/share/lammps") if tree]
 EXAMPLES = ["examples/melt/in.melt", "bench/in.lj"]
 

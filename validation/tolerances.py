@@ -36,7 +36,8 @@ ADDITION = Tolerance(2.0**-53, "rounding of one addition, times the number of pa
 
 FORCE_MAX = Tolerance(
     1e-12,
-    "the largest difference of a force component over the RMS force: rounding of a sum of large terms that nearly cancel",
+    "the largest difference of a force component over the RMS force: rounding of a sum of large terms that nearly "
+    "cancel",
 )
 FORCE_RMS = Tolerance(1e-13, "the RMS difference of the force components over the RMS force: the same, on average")
 POSITION = Tolerance(
@@ -46,5 +47,5 @@ POSITION = Tolerance(
 
 
 def thermo_bound(time: float, pairs: float) -> float:
-    """Bound on the relative difference of a thermo column after ``time`` Lennard-Jones times with ``pairs`` in the list."""
+    """Bound on the relative difference of a thermo column after ``time`` Lennard-Jones times, ``pairs`` in the list."""
     return THERMO.value * math.exp(LYAPUNOV * time) + ADDITION.value * pairs
