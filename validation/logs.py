@@ -40,7 +40,7 @@ def read_log(path: Path) -> list[Run]:
         elif line.startswith("Loop time of"):
             in_table = False
         elif in_table and words:
-            if len(words) != len(runs[-1].columns):
+            if len(words) != len(runs[-1].columns) or not words[0].lstrip("-").isdigit():
                 raise ValueError(f"{path}: a line inside the thermo table is not a row: {line!r}")
             runs[-1].rows.append(words)
         elif runs:

@@ -53,7 +53,9 @@ def call(*arguments: str | Path, cwd: Path | None = None) -> subprocess.Complete
 
 def _checked(done: subprocess.CompletedProcess[str], script: Path) -> str:
     if done.returncode != 0:
-        raise OctantError(f"octant ended with {done.returncode} in {script}:\n{done.stderr.strip() or done.stdout.strip()}")
+        raise OctantError(
+            f"octant ended with {done.returncode} in {script}:\n{done.stderr.strip() or done.stdout.strip()}"
+        )
     return done.stdout
 
 

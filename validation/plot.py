@@ -27,8 +27,10 @@ _ZERO = 1e-17
 
 
 def write(folder: Path, scenes: Sequence[SceneResult]) -> None:
-    """Writes ``validation.png`` and ``validation.svg``: thermo differences over time, force and position differences by scene."""
-    plt.rcParams.update({"font.size": 9, "svg.hashsalt": "octant", "axes.spines.top": False, "axes.spines.right": False})
+    """Writes ``validation.png`` and ``.svg``: thermo differences over time, force and position differences by scene."""
+    plt.rcParams.update(
+        {"font.size": 9, "svg.hashsalt": "octant", "axes.spines.top": False, "axes.spines.right": False}
+    )
     figure, axes = plt.subplots(1, 4, figsize=(14, 4.6), layout="constrained", sharey=True)
     end = max((point[0] for scene in scenes for column in scene.deviations.values() for point in column), default=1.0)
     times = np.linspace(0, end, 200)
@@ -45,25 +47,30 @@ def write(folder: Path, scenes: Sequence[SceneResult]) -> None:
                 continue
             time, difference = np.array(scene.deviations[name]).T
             style = {"color": _COLORS[index % len(_COLORS)], "marker": _MARKERS[index % len(_MARKERS)]}
-            panel.plot(time, np.maximum(difference, _ZERO), lw=0.8, ms=3.5, label=scene.name, **style)
+            panel.plot(time, np.maximum(difference, _ZERO), lw=0.8, ms=3.5, clip_on=False, label=scene.name, **style)
     axes[0].text(0.04, 0.97, "outside tolerance", transform=axes[0].transAxes, va="top", color="0.4")
+    axes[0].text(0.98, 0.035, "bottom line: equal", transform=axes[0].transAxes, ha="right", va="bottom", color="0.4")
     axes[0].set_ylabel("difference octant - LAMMPS, relative")
 
     panel = axes[-1]
     panel.set_title("Forces, and positions after 10 steps", loc="left")
-    marks = [("forces, max", "^", tolerances.FORCE_MAX), ("forces, RMS", "o", tolerances.FORCE_RMS), ("positions", "s", tolerances.POSITION)]
+    marks = [
+        ("forces, max", "^", tolerances.FORCE_MAX),
+        ("forces, RMS", "o", tolerances.FORCE_RMS),
+        ("positions", "s", tolerances.POSITION),
+    ]
     for offset, (name, marker, tolerance) in zip((-0.22, 0.0, 0.22), marks, strict=True):
         places = [index + offset for index, scene in enumerate(scenes) if scene.check(name)]
         values = [max(check.value, _ZERO) for scene in scenes if (check := scene.check(name))]
         color = _COLORS[marks.index((name, marker, tolerance))]
-        panel.plot(places, values, marker, ms=5, color=color, label=name)
+        panel.plot(places, values, marker, ms=5, clip_on=False, color=color, label=name)
         panel.hlines(tolerance.value, -0.5, len(scenes) - 0.5, color=color, lw=1, ls="--")
     panel.set_xticks(range(len(scenes)), [scene.name for scene in scenes], rotation=60, ha="right")
     panel.legend(loc="upper right", frameon=False)
 
     for panel in axes:
         panel.set_yscale("log")
-        panel.set_ylim(_ZERO / 2, 1e-3)
+        panel.set_ylim(_ZERO, 1e-3)
         panel.grid(axis="y", color="0.9", lw=0.6)
         panel.set_axisbelow(True)
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(scenes), frameon=False)

@@ -122,21 +122,24 @@ def _markdown(about: dict, scenes: Sequence[SceneResult], cases: Sequence[Check]
     for scene in scenes:
         cells = [scene.name, f"{scene.atoms}", f"{scene.steps}", *(_cell(scene, names) for _, names in _COLUMNS)]
         lines.append("| " + " | ".join(cells) + " |")
-    lines += [
-        "",
-        "- neighbors: the neighbor count of every atom within cutoff plus skin, on the initial configuration and on the one LAMMPS's run ended with; equal for every atom or not.",
-        "- list length, builds, dangerous: of the whole run, as printed at its end; equal, so one number is shown (dangerous builds are not counted with `check no`).",
-        f"- energy, temperature, pressure: largest difference over all thermo rows, relative to the column's largest magnitude. Tolerance: {tolerances.THERMO.value:.0e} for {tolerances.THERMO.reason}; and {tolerances.ADDITION.value:.1e} for {tolerances.ADDITION.reason}.",
-        "- rows: thermo rows that are equal in every printed digit; for the benchmark scene all must be.",
-        f"- force, max: {tolerances.FORCE_MAX.reason}. Tolerance {tolerances.FORCE_MAX.value:.0e}.",
-        f"- force, RMS: {tolerances.FORCE_RMS.reason}. Tolerance {tolerances.FORCE_RMS.value:.0e}.",
-        f"- position: {tolerances.POSITION.reason}. Tolerance {tolerances.POSITION.value:.0e}.",
-        "",
+    notes = [
+        "neighbors: the neighbor count of every atom within cutoff plus skin, on the initial configuration and on the "
+        "one that LAMMPS's run ended with; equal for every atom or not.",
+        "list length, builds, dangerous: of the whole run, as printed at its end; equal, so one number is shown "
+        "(dangerous builds are not counted with `check no`).",
+        "energy, temperature, pressure: largest difference over all thermo rows, relative to the column's largest "
+        f"magnitude. Tolerance: {tolerances.THERMO}; and {tolerances.ADDITION}.",
+        "rows: thermo rows that are equal in every printed digit; for the benchmark scene all must be.",
+        f"force, max: tolerance {tolerances.FORCE_MAX}.",
+        f"force, RMS: tolerance {tolerances.FORCE_RMS}.",
+        f"position: tolerance {tolerances.POSITION}.",
     ]
+    lines += ["", *(f"- {note}" for note in notes), ""]
     if cases:
         same = sum(case.passed for case in cases)
         lines += [
-            f"Atoms and velocities as scripts create them: {same} of {len(cases)} cases equal LAMMPS's in every bit of every position, velocity and box side.",
+            f"Atoms and velocities as scripts create them: {same} of {len(cases)} cases equal LAMMPS's in every bit of "
+            "every position, velocity and box side.",
             "",
             "| case | atoms and largest difference | numbers that differ |",
             "|---|---|---:|",

@@ -1,4 +1,7 @@
-"""The scenes that are compared: every script of ``inputs/``, and those of ``validation/scenes/`` that only a comparison needs."""
+"""The scenes that are compared.
+
+Every script of ``inputs/``, and those of ``validation/scenes/``, which only a comparison needs.
+"""
 
 from __future__ import annotations
 

@@ -10,7 +10,9 @@ from pathlib import Path
 SETUP = frozenset({"lattice", "region", "create_box", "create_atoms", "read_data", "mass", "velocity", "set"})
 
 #: Statements that write something.
-OUTPUT = frozenset({"dump", "dump_modify", "undump", "write_data", "thermo", "thermo_style", "thermo_modify", "log", "print"})
+OUTPUT = frozenset(
+    {"dump", "dump_modify", "undump", "write_data", "thermo", "thermo_style", "thermo_modify", "log", "print"}
+)
 
 
 def statements(text: str) -> list[str]:

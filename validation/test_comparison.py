@@ -28,7 +28,11 @@ def test_scene_equals_lammps(scene: Scene, tmp_path: Path, results: dict) -> Non
     # The benchmark's digits are promised at its full size.
     result = compare_scene(scene, {} if scene.every_digit else scene.quick, tmp_path / "scratch")
     results[scene.name] = result
-    outside = [f"{check.name}: {check.value:.3g} > {check.bound:.3g} ({check.detail})" for check in result.checks if not check.passed]
+    outside = [
+        f"{check.name}: {check.value:.3g} > {check.bound:.3g} ({check.detail})"
+        for check in result.checks
+        if not check.passed
+    ]
     assert outside == []
 
 
@@ -66,13 +70,18 @@ def test_threads_give_the_same_bits(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["dense", "images", "slab"])
 def test_searches_find_the_same_neighbors(name: str) -> None:
     scene = next(scene for scene in SCENES if scene.name == name)
-    counts = [count_neighbors(scene.path, {**scene.variables, **scene.quick}, search=search) for search in ("trimmed", "octant", "standard", "brute")]
+    counts = [
+        count_neighbors(scene.path, {**scene.variables, **scene.quick}, search=search)
+        for search in ("trimmed", "octant", "standard", "brute")
+    ]
     assert all(np.array_equal(count, counts[0]) for count in counts[1:])
 
 
 @pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
 def test_check_runs_nothing(scene: Scene, tmp_path: Path) -> None:
-    variables = [word for name, value in {**scene.variables, "out": str(tmp_path)}.items() for word in ("-v", f"{name}={value}")]
+    variables = [
+        word for name, value in {**scene.variables, "out": str(tmp_path)}.items() for word in ("-v", f"{name}={value}")
+    ]
     done = call("check", scene.path, *variables, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert list(tmp_path.iterdir()) == []

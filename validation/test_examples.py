@@ -11,8 +11,8 @@ import pytest
 from validation.lammps_runner import run_lammps
 from validation.octant_runner import run_octant
 
-#: Trees with `examples` and `bench`: Debian's package, and one named in the environment. The scripts are LAMMPS's, so none
-#: stands in this repository.
+#: Trees with `examples` and `bench`: Debian's package, and one named in the environment. The scripts are LAMMPS's, so
+#: none stands in this repository.
 TREES = [Path(tree) for tree in (os.environ.get("LAMMPS_TREE"), "/usr/share/lammps") if tree]
 EXAMPLES = ["examples/melt/in.melt", "bench/in.lj"]
 
@@ -33,7 +33,9 @@ def find(name: str, scratch: Path) -> Path | None:
 def test_example_runs_unmodified(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     script = find(name, tmp_path)
     if script is None:
-        pytest.skip(f"LAMMPS's {name} is not on this machine (Debian: lammps-examples; or name a LAMMPS tree in LAMMPS_TREE)")
+        pytest.skip(
+            f"LAMMPS's {name} is not on this machine (Debian: lammps-examples; or name a LAMMPS tree in LAMMPS_TREE)"
+        )
     monkeypatch.chdir(tmp_path)
     theirs, ours = run_lammps(script).runs[-1], run_octant(script).runs[-1]
     assert ours.columns == theirs.columns

@@ -12,7 +12,7 @@ from validation.lammps_runner import run_lammps
 from validation.octant_runner import run_octant
 from validation.scripts import Script
 
-#: Two runs with different columns, a script that prints, and a warning's worth of oddities: dangerous builds, a second thermo interval.
+#: Two runs with different columns and thermo intervals, dangerous builds in both, a printed line between them.
 SCENE = Script.of("""
     units lj
     atom_style atomic
@@ -36,7 +36,10 @@ SCENE = Script.of("""
 """)
 
 #: Number of rows and columns of the two tables: the last step is always printed.
-TABLES = [(6, ["Step", "Temp", "E_pair", "E_mol", "TotEng", "Press"]), (6, ["Step", "Temp", "E_pair", "TotEng", "Press", "Volume"])]
+TABLES = [
+    (6, ["Step", "Temp", "E_pair", "E_mol", "TotEng", "Press"]),
+    (6, ["Step", "Temp", "E_pair", "TotEng", "Press", "Volume"]),
+]
 
 Tables = list[dict[str, list[float]]]
 
@@ -105,7 +108,9 @@ def test_readers_get_the_same_from_both(reader: str, logs: dict[str, Path]) -> N
 def test_frame_of_the_log(logs: dict[str, Path]) -> None:
     """The lines that programs search for, and nothing but rows inside a table."""
     lines = logs["octant"].read_text(encoding="utf-8").splitlines()
-    memory = [index for index, line in enumerate(lines) if line.startswith("Per MPI rank memory allocation (min/avg/max) =")]
+    memory = [
+        index for index, line in enumerate(lines) if line.startswith("Per MPI rank memory allocation (min/avg/max) =")
+    ]
     assert len(memory) == 2
     for start in memory:
         header = lines[start + 1].split()

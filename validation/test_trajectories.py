@@ -10,7 +10,7 @@ from validation.dumps import Frame, full_precision, read_dump
 from validation.lammps_runner import run_lammps
 from validation.octant_runner import run_octant
 from validation.scripts import Script
-from validation.trajectories import CHEMFILES, NATIVE, NETCDF, READERS, Format, differences
+from validation.trajectories import CHEMFILES, NATIVE, NETCDF, READERS, Format, differences, required
 
 #: Two kinds of atoms with unequal box lengths, away from step 0.
 SCENE = Script.of("""
@@ -44,6 +44,8 @@ def write_all(folder: Path, formats: list[Format], run) -> list[Frame]:
         dumps.append(form.dump(f"d{index}", EVERY, folder))
         if form.style in ("atom", "custom", "xyz"):
             dumps.append(f"dump_modify d{index} sort id")
+        if form.elements:
+            dumps.append(f"dump_modify d{index} element {' '.join(form.elements)}")
     script = SCENE.then(*full_precision(EVERY, full), *dumps, f"run {STEPS}")
     run(script.write(folder / "trajectories.in"))
     frames = read_dump(full)
@@ -78,10 +80,8 @@ def pairs(formats: list[Format]) -> list:
 
 def check(form: Format, reader: str, files: tuple[Path, list[Frame]], frames_checked: int | None = None) -> None:
     folder, frames = files
-    # ase's readers give box and positions; of step and types they give what the LAMMPS text format has.
-    required = form.keeps if reader == "MDAnalysis" else form.keeps & {"lengths"}
     read = READERS[reader](form, folder, len(frames[0].values))
-    assert differences(form, read[:frames_checked], frames[:frames_checked], required=required) == []
+    assert differences(form, read[:frames_checked], frames[:frames_checked], required(form, reader)) == []
 
 
 @pytest.mark.parametrize(("form", "reader"), pairs([*CHEMFILES, *NATIVE, NETCDF]))
@@ -96,7 +96,9 @@ def test_lammps_files_are_read(form: Format, reader: str, lammps_files) -> None:
     check(form, reader, lammps_files, 2 if form.style == "xtc" else None)
 
 
-@pytest.mark.parametrize("form", [form for form in NATIVE if form.style in ("atom", "custom", "xyz")], ids=lambda form: form.file)
+@pytest.mark.parametrize(
+    "form", [form for form in NATIVE if form.style in ("atom", "custom", "xyz")], ids=lambda form: form.file
+)
 def test_text_dumps_equal_lammps(form: Format, octant_files, lammps_files) -> None:
     ours, theirs = ((folder / form.file).read_text().splitlines() for folder, _ in (octant_files, lammps_files))
     assert ours[:20] == theirs[:20]

