@@ -109,3 +109,85 @@ impl Scene {
         self.state.mask.iter().filter(|mask| **mask & bit != 0).count()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const COMMANDS: [&str; 7] = ["lattice", "region", "create_box", "create_atoms", "mass", "group", "velocity"];
+    const WORDS: [&str; 60] = [
+        "all",
+        "b",
+        "r",
+        "box",
+        "1",
+        "2",
+        "3",
+        "0",
+        "-1",
+        "0.5",
+        "1e-9",
+        "nan",
+        "inf",
+        "NULL",
+        "INF",
+        "EDGE",
+        "*",
+        "1*",
+        "*2",
+        "1:2",
+        "3:1:0",
+        "<",
+        "<>",
+        "fcc",
+        "custom",
+        "none",
+        "orient",
+        "origin",
+        "spacing",
+        "a1",
+        "basis",
+        "x",
+        "y",
+        "z",
+        "block",
+        "sphere",
+        "cylinder",
+        "union",
+        "intersect",
+        "delete",
+        "side",
+        "out",
+        "units",
+        "lattice",
+        "single",
+        "random",
+        "region",
+        "create",
+        "set",
+        "ramp",
+        "scale",
+        "zero",
+        "linear",
+        "angular",
+        "vx",
+        "loop",
+        "geom",
+        "type",
+        "id",
+        "subtract",
+    ];
+
+    proptest! {
+        #[test]
+        fn no_command_line_panics(
+            command in prop::sample::select(&COMMANDS[..]),
+            words in prop::collection::vec(prop::sample::select(&WORDS[..]), 0..12),
+        ) {
+            let mut scene = Scene::new("lattice sc 1\nregion b block 0 2 0 3 0 2\ncreate_box 2 b\ncreate_atoms 1 box\nmass * 1");
+            let _ = scene.run(&format!("{command} {}", words.join(" ")));
+        }
+    }
+}
