@@ -20,11 +20,11 @@ pub struct SimulationBox {
     pub hi: Vec3,
     /// `sides[axis] = [low side, high side]`; both or neither are periodic.
     pub sides: [[Side; 2]; 3],
-    /// Distance kept between a shrink-wrapped side and the outermost atom: [`SHRINK_MARGIN`] of the edge as first given.
+    /// Distance kept between a shrink-wrapped side and the outermost atom: 1e-4 of the edge as first given.
     pub margin: Vec3,
 }
 
-/// Part of an edge that a shrink-wrapped side stays away from the atoms.
+/// See [`SimulationBox::margin`].
 const SHRINK_MARGIN: f64 = 1.0e-4;
 
 impl SimulationBox {
