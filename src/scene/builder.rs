@@ -107,9 +107,10 @@ impl SceneBuilder {
         }
         let region = self.regions.find(&command.region)?;
         let (space, types) = super::create_box(command, region, self.sides)?;
-        let line = format!("Created {}", describe_box(&space));
+        // As the region has it: shrink-wrapped sides keep their distance from it.
+        let line = region.bounds().map(|[lo, hi]| format!("Created {}", describe_bounds(&lo, &hi)));
         self.set_box(space, types);
-        Ok(vec![line])
+        Ok(line.into_iter().collect())
     }
 
     /// Puts the box in place, for `types` atom types.
@@ -131,16 +132,8 @@ impl SceneBuilder {
             types: self.masses.len(),
         };
         let created = super::create_atoms(command, &context, &mut self.state)?;
-        self.shrink_wrap();
         let units = if command.lattice_units { "lattice" } else { "box" };
         Ok(vec![format!("Created {created} atoms"), format!("  using {units} units in {}", describe_box(&space))])
-    }
-
-    /// Fits shrink-wrapped sides to the atoms.
-    pub fn shrink_wrap(&mut self) {
-        if let Some(space) = &mut self.space {
-            space.shrink_wrap(&self.state.x);
-        }
     }
 
     /// `mass`.
@@ -266,6 +259,10 @@ pub fn g8(x: f64) -> String {
 
 /// "orthogonal box = (0 0 0) to (1 1 1)".
 pub fn describe_box(space: &SimulationBox) -> String {
+    describe_bounds(&space.lo, &space.hi)
+}
+
+fn describe_bounds(lo: &Vec3, hi: &Vec3) -> String {
     let point = |p: &Vec3| format!("({} {} {})", g8(p.x), g8(p.y), g8(p.z));
-    format!("orthogonal box = {} to {}", point(&space.lo), point(&space.hi))
+    format!("orthogonal box = {} to {}", point(lo), point(hi))
 }

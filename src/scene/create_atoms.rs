@@ -182,3 +182,74 @@ fn at_random(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::test_support::Scene;
+
+    #[test]
+    fn positions_on_a_turned_lattice_are_those_of_lammps() {
+        // Values of LAMMPS 22Jul2025.
+        let scene = Scene::new(
+            "lattice bcc 0.9 orient x 1 1 1 orient y 1 -1 0 orient z 1 1 -2 origin 0.1 0.2 0.3
+             region b block 0 2 0 3 0 1.5
+             create_box 2 b
+             create_atoms 1 box basis 2 2",
+        );
+        let state = &scene.state;
+        assert_eq!(state.len(), 72);
+        assert_eq!(state.kind[..4], [2, 1, 2, 2]);
+        assert_eq!(state.id[71], 72);
+        assert_eq!(state.x[0], Vec3::new(0.6027333030588266, 4.060069869560154, 1.7047872233594503));
+        assert_eq!(state.x[1], Vec3::new(0.22602498864706003, 4.982813021732917, 2.2375332306592783));
+        assert_eq!(state.x[71], Vec3::new(3.993108132764725, 1.2918404130418675, 0.1065492014599656));
+    }
+
+    #[test]
+    fn random_positions_are_those_of_lammps() {
+        // Values of LAMMPS 22Jul2025.
+        let scene = Scene::new(
+            "region b block 0 2 0 3 0 1.5\ncreate_box 2 b\nregion s sphere 1 1 1 0.5\ncreate_atoms 1 random 3 4242 s",
+        );
+        let x = [
+            Vec3::new(1.08096293713011, 0.7440843457561379, 0.8255991234097626),
+            Vec3::new(0.84446714787952, 0.9593544110932175, 0.8695872437067271),
+            Vec3::new(1.0254200899626222, 1.235452001791192, 1.241794104567633),
+        ];
+        assert_eq!(scene.state.x, x);
+    }
+
+    #[test]
+    fn a_single_atom_outside_is_not_made() {
+        let mut scene = Scene::new("lattice sc 0.125\nregion b block 0 4 0 4 0 4\ncreate_box 1 b");
+        scene.run("create_atoms 1 single 4 1 1").unwrap();
+        scene.run("create_atoms 1 single 1 2 3").unwrap();
+        scene.run("create_atoms 1 single 1 2 3 units box").unwrap();
+        assert_eq!(scene.state.x, [Vec3::new(2.0, 4.0, 6.0), Vec3::new(1.0, 2.0, 3.0)]);
+        assert_eq!(scene.state.id, [1, 2]);
+    }
+
+    #[test]
+    fn complaints_point_at_the_word() {
+        let mut scene = Scene::new("region b block 0 4 0 4 0 4\ncreate_box 1 b");
+        assert_eq!(scene.complaint("create_atoms 1 box").0, 2);
+        scene.run("lattice bcc 1").unwrap();
+        assert_eq!(scene.complaint("create_atoms 2 box"), (1, "expected an atom type from 1 to 1, got 2".into()));
+        assert_eq!(scene.complaint("create_atoms 1 box basis 3 1").0, 4);
+        assert_eq!(scene.complaint("create_atoms 1 box basis 2 2").0, 5);
+        assert_eq!(scene.complaint("create_atoms 1 region r").0, 3);
+        assert_eq!(scene.complaint("create_atoms 1 random 5 0 NULL").0, 4);
+        assert!(scene.complaint("create_atoms 1 box subset 3 5").1.contains("'subset' is not part of octant"));
+        assert!(scene.state.is_empty());
+    }
+
+    #[test]
+    fn an_absurd_number_of_points_is_refused() {
+        let mut scene = Scene::new("region b block 0 1e9 0 1e9 0 1e9\ncreate_box 1 b\nlattice sc 1");
+        assert!(scene.complaint("create_atoms 1 box").1.contains("too many"));
+        scene.run("region r sphere 5e8 5e8 5e8 2").unwrap();
+        scene.run("create_atoms 1 region r").unwrap();
+        assert_eq!(scene.state.len(), 33);
+    }
+}

@@ -33,3 +33,22 @@ pub(super) fn check_bounds(lo: &Vec3, hi: &Vec3) -> Result<(), String> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::scene::test_support::Scene;
+
+    #[test]
+    fn a_box_needs_bounds_with_extent() {
+        let mut scene = Scene::new("region o sphere 0 0 0 3 side out\nregion f block 0 0 0 4 0 4");
+        assert_eq!(scene.complaint("create_box 1 o").0, 2);
+        assert!(scene.complaint("create_box 1 f").1.contains("no extent along x"));
+        assert_eq!(scene.complaint("create_box 0 o").0, 1);
+        assert!(scene.complaint("create_box 1 o bond/types 2").1.contains("bond/types"));
+        scene.run("region s sphere 0 1 2 3").unwrap();
+        scene.run("create_box 2 s").unwrap();
+        let simulation_box = scene.simulation_box.unwrap();
+        assert_eq!(simulation_box.lo.as_slice(), [-3.0, -2.0, -1.0]);
+        assert_eq!(simulation_box.hi.as_slice(), [3.0, 4.0, 5.0]);
+    }
+}

@@ -128,3 +128,65 @@ fn add_members(bit: u32, choice: &Choice<'_>, state: &mut State) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::scene::test_support::Scene;
+
+    /// 64 atoms on a simple cubic lattice, every fourth of type 2.
+    fn scene() -> Scene {
+        let mut scene = Scene::new("lattice sc 1\nregion b block 0 4 0 4 0 4\ncreate_box 2 b\ncreate_atoms 1 box");
+        scene.state.kind.iter_mut().step_by(4).for_each(|kind| *kind = 2);
+        scene
+    }
+
+    #[test]
+    fn groups_hold_the_atoms_lammps_puts_there() {
+        let groups = [
+            ("type 2", 16),
+            ("type 5", 0),
+            ("type 1:2", 64),
+            ("type != 2", 48),
+            ("id 3:7:2 60", 4),
+            ("id <> 3 7", 5),
+            ("id >= 60", 5),
+            ("id 7:3", 0),
+            ("union all", 64),
+            ("empty", 0),
+        ];
+        for (group, count) in groups {
+            let mut scene = scene();
+            scene.run(&format!("group g {group}")).unwrap();
+            assert_eq!(scene.count("g"), count, "{group}");
+        }
+    }
+
+    #[test]
+    fn groups_grow_and_are_subtracted_from() {
+        let mut scene = scene();
+        for line in ["group a id 1 2 3", "group c id 2 5", "group a intersect a c"] {
+            scene.run(line).unwrap();
+        }
+        // LAMMPS adds the intersection to what was there, and subtracts from members of old.
+        assert_eq!(scene.count("a"), 3);
+        scene.run("group a subtract a c").unwrap();
+        assert_eq!(scene.count("a"), 2);
+        scene.run("group a clear").unwrap();
+        assert_eq!(scene.count("a"), 0);
+        scene.run("group c delete").unwrap();
+        assert_eq!(scene.complaint("group a union c"), (3, "expected a group ID, got 'c' (defined: all, a)".into()));
+    }
+
+    #[test]
+    fn there_are_32_groups_at_most() {
+        let mut scene = scene();
+        for k in 1..32 {
+            scene.run(&format!("group g{k} id {k}")).unwrap();
+        }
+        assert!(scene.complaint("group g32 id 1").1.contains("32 groups"));
+        assert_eq!(scene.complaint("group all clear").0, 1);
+        assert_eq!(scene.complaint("group g1 id 1:9:0").0, 3);
+        assert_eq!(scene.complaint("group g1 id < 3 4").0, 5);
+        assert!(scene.complaint("group g1 dynamic all").1.contains("not part of octant"));
+    }
+}

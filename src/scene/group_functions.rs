@@ -108,3 +108,48 @@ fn evaluate(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::test_support::Scene;
+
+    #[test]
+    fn values_are_those_of_lammps() {
+        let scene = Scene::new(
+            "lattice fcc 0.8442
+             region b block 0 2 0 2 0 2
+             create_box 2 b
+             create_atoms 1 box basis 3 2
+             mass 1 1.5
+             mass 2 0.5
+             group odd id 1:32:2
+             velocity all create 1.44 87287 loop geom mom no
+             region r sphere 1 1 1 0.5",
+        );
+        let context = GroupContext {
+            state: &scene.state,
+            masses: &scene.masses,
+            groups: &scene.groups,
+            regions: &scene.regions,
+            simulation_box: scene.simulation_box.as_ref().unwrap(),
+            units: scene.units,
+        };
+        let value = |function: &str, args: &[&str]| group_function(function, args, &context);
+        // Values of LAMMPS 22Jul2025.
+        assert_eq!(value("mass", &["odd"]), Ok(Some(16.0)));
+        assert_eq!(value("xcm", &["odd", "x"]), Ok(Some(1.0497476196140672)));
+        assert_eq!(value("vcm", &["all", "z"]), Ok(Some(0.3114643769122895)));
+        assert_eq!(value("ke", &["odd"]), Ok(Some(29.133426236344334)));
+        assert_eq!(value("gyration", &["odd"]), Ok(Some(1.5428076160534288)));
+        assert_eq!(value("bound", &["odd", "ymax"]), Ok(Some(1.6795961913825073)));
+        assert_eq!(value("angmom", &["odd", "z"]), Ok(Some(-10.053013696174128)));
+        assert_eq!(value("omega", &["odd", "x"]), Ok(Some(-0.29701407402705227)));
+        assert_eq!(value("count", &["odd", "r"]), Ok(Some(1.0)));
+        assert_eq!(value("sqrt", &["2"]), Ok(None));
+        assert!(value("count", &[]).is_err());
+        assert!(value("count", &["none"]).is_err());
+        assert!(value("xcm", &["all", "w"]).is_err());
+        assert!(value("charge", &["all"]).is_err());
+    }
+}

@@ -1,7 +1,7 @@
 //! Mass, motion and shape of a group of atoms (LAMMPS doc page `variable`, group functions).
 //! Sums run in storage order and each term is formed in LAMMPS's order, so that results agree to the last bit.
 
-use nalgebra::{Matrix3, SymmetricEigen};
+use nalgebra::Matrix3;
 
 use crate::system::temperature::sum_mass_velocity_squared;
 use crate::system::{SimulationBox, State, Vec3};
@@ -146,13 +146,56 @@ pub fn angular_velocity(momentum: &Vec3, inertia: &Matrix3<f64>) -> Vec3 {
             ]),
         );
     }
-    let eigen = SymmetricEigen::new(*inertia);
-    let largest = eigen.eigenvalues.max();
+    let (moments, axes) = principal_axes(inertia);
+    let largest = moments.into_iter().fold(0.0, f64::max);
+    let mut order = [0, 1, 2];
+    order.sort_by(|a: &usize, b: &usize| moments[*b].total_cmp(&moments[*a]));
     let mut omega = Vec3::zeros();
-    for (moment, axis) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-        if *moment >= SINGULAR * largest && *moment > 0.0 {
-            omega += axis * (axis.dot(momentum) / moment);
+    for (moment, axis) in order.map(|k| (moments[k], axes[k])) {
+        if moment >= SINGULAR * largest && moment > 0.0 {
+            let along = (momentum.x * axis.x + momentum.y * axis.y + momentum.z * axis.z) / moment;
+            omega += along * axis;
         }
     }
     omega
+}
+
+/// Eigenvalues and unit eigenvectors of a symmetric matrix by Jacobi's method: the largest off-diagonal element is rotated away
+/// until none matters (Golub and Van Loan, Matrix Computations, section 8.5).
+fn principal_axes(matrix: &Matrix3<f64>) -> ([f64; 3], [Vec3; 3]) {
+    /// Far more rotations than three dimensions ever need.
+    const MAX_ROTATIONS: usize = 150;
+    let mut m = *matrix;
+    let mut axes = [Vec3::x(), Vec3::y(), Vec3::z()];
+    for _ in 0..MAX_ROTATIONS {
+        let (mut i, mut j, mut k) = (0, 1, 2);
+        for (p, q, r) in [(0, 2, 1), (1, 2, 0)] {
+            if m[(p, q)].abs() > m[(i, j)].abs() {
+                (i, j, k) = (p, q, r);
+            }
+        }
+        let pivot = m[(i, j)];
+        if m[(i, i)] + pivot == m[(i, i)] && m[(j, j)] + pivot == m[(j, j)] {
+            break;
+        }
+        // Tangent, cosine and sine of the smaller of the two angles that make the pivot vanish.
+        let difference = m[(j, j)] - m[(i, i)];
+        let t = if difference == 0.0 {
+            1.0
+        } else {
+            let cotangent = difference / (2.0 * pivot);
+            (1.0 / ((1.0 + cotangent * cotangent).sqrt() + cotangent.abs())).copysign(cotangent)
+        };
+        let c = 1.0 / (1.0 + t * t).sqrt();
+        let s = c * t;
+        m[(i, i)] -= t * pivot;
+        m[(j, j)] += t * pivot;
+        let (ik, jk) = (m[(i, k)], m[(j, k)]);
+        for (place, value) in [((i, j), 0.0), ((i, k), c * ik - s * jk), ((j, k), s * ik + c * jk)] {
+            m[place] = value;
+            m[(place.1, place.0)] = value;
+        }
+        (axes[i], axes[j]) = (c * axes[i] - s * axes[j], s * axes[i] + c * axes[j]);
+    }
+    ([m[(0, 0)], m[(1, 1)], m[(2, 2)]], axes)
 }

@@ -196,3 +196,38 @@ fn check_orientation([x, y, z]: &[[i64; 3]; 3]) -> Result<(), Complaint> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::test_support::Scene;
+
+    #[test]
+    fn spacings_are_those_of_lammps() {
+        // Values of LAMMPS 22Jul2025.
+        let spacing = |line: &str| Scene::new(line).lattice.unwrap().spacing();
+        let bcc = spacing("lattice bcc 0.9 orient x 1 1 1 orient y 1 -1 0 orient z 1 1 -2");
+        assert_eq!(bcc, Vec3::new(2.260249886470599, 1.8454863043455247, 2.130984029199313));
+        let hcp = spacing("lattice hcp 1.1");
+        assert_eq!(hcp, Vec3::new(1.0873618812400903, 1.8833660245215118, 1.7756545165273476));
+        let mut scene = Scene::new("");
+        scene.units = Units::named("metal").unwrap();
+        scene.run("lattice custom 3.5 a1 1.1 0.2 0.1 a2 0 1.3 0.2 a3 0.3 0.1 0.9 basis 0 0 0").unwrap();
+        assert_eq!(scene.lattice.unwrap().spacing(), Vec3::new(4.9, 5.6000000000000005, 4.200000000000001));
+    }
+
+    #[test]
+    fn wrong_lattices_are_told_apart() {
+        let complaint = |line: &str| Scene::new("").complaint(line).1;
+        assert!(complaint("lattice fcc 1 orient x 1 1 0").contains("not orthogonal"));
+        assert!(complaint("lattice fcc 1 orient x 1 1 0 orient y 1 -1 0").contains("not right-handed"));
+        assert!(complaint("lattice custom 1 a1 1 0 0 a2 1 0 0 basis 0 0 0").contains("in one plane"));
+        assert!(complaint("lattice custom 1").contains("basis atom"));
+        assert!(complaint("lattice fcc 1 basis 0 0 0").contains("custom only"));
+        assert!(complaint("lattice hex 1").contains("two-dimensional"));
+        assert_eq!(
+            Scene::new("").complaint("lattice fcc 1 origin 0 1 0"),
+            (5, "expected an origin coordinate from 0 to below 1, got '1'".into())
+        );
+    }
+}

@@ -10,6 +10,8 @@ pub mod group_motion;
 pub mod lattice;
 pub mod mass;
 pub mod region;
+#[cfg(test)]
+pub(crate) mod test_support;
 pub mod type_range;
 pub mod velocity;
 

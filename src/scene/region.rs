@@ -186,3 +186,52 @@ impl Regions {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::scene::test_support::Scene;
+
+    const SCENE: &str = "lattice fcc 0.8442\nregion b block 0 2 0 2 0 2\ncreate_box 2 b\ncreate_atoms 1 box\n";
+
+    #[test]
+    fn regions_hold_as_many_atoms_as_in_lammps() {
+        // Counts of LAMMPS 22Jul2025.
+        let regions = [
+            ("sphere 1 1 1 0.5", 1),
+            ("sphere 1 1 1 0.5 side out", 31),
+            ("cylinder y 1 1 0.5 EDGE 1", 6),
+            ("block INF 1 0.5 EDGE 0 1.5", 18),
+        ];
+        for (region, count) in regions {
+            let mut scene = Scene::new(SCENE);
+            scene.run(&format!("region r {region}")).unwrap();
+            scene.run("group r region r").unwrap();
+            assert_eq!(scene.count("r"), count, "{region}");
+        }
+    }
+
+    #[test]
+    fn bounds_are_those_of_the_shape() {
+        let bounds = |region: &str| {
+            let mut scene = Scene::new("region p sphere 1 2 3 1\nregion q block 0 3 0 3 0 3\n");
+            scene.run(&format!("region r {region}")).unwrap();
+            scene.regions.get("r").unwrap().bounds().map(|[lo, hi]| [lo.x, lo.y, lo.z, hi.x, hi.y, hi.z])
+        };
+        assert_eq!(bounds("union 2 p q"), Some([0.0, 0.0, 0.0, 3.0, 3.0, 4.0]));
+        assert_eq!(bounds("intersect 2 p q"), Some([0.0, 1.0, 2.0, 2.0, 3.0, 3.0]));
+        assert_eq!(bounds("cylinder x 1 2 0.5 -1 4"), Some([-1.0, 0.5, 1.5, 4.0, 1.5, 2.5]));
+        assert_eq!(bounds("sphere 1 1 1 1 side out"), None);
+    }
+
+    #[test]
+    fn complaints_point_at_the_word() {
+        let complaint = |line: &str| Scene::new("region a sphere 0 0 0 1").complaint(line);
+        assert_eq!(complaint("region r block 0 1 0 EDGE 0 1").0, 6);
+        assert_eq!(complaint("region r block 0 1 3 1 0 1"), (5, "the low limit 3 lies above the high limit 1".into()));
+        assert_eq!(complaint("region r union 2 a c"), (5, "expected a region ID, got 'c' (defined: a)".into()));
+        assert_eq!(complaint("region a sphere 0 0 0 1"), (1, "region 'a' exists already".into()));
+        assert!(complaint("region r sphere 0 0 0 1 move v_a NULL NULL").1.contains("'move' is not part of octant"));
+        assert!(complaint("region r sphere v_a 0 0 1").1.contains("not part of octant"));
+        assert_eq!(complaint("region r cone z").0, 2);
+    }
+}

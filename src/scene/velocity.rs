@@ -195,3 +195,75 @@ impl Target<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::test_support::Scene;
+
+    const SCENE: &str = "lattice fcc 0.8442
+        region b block 0 2 0 2 0 2
+        create_box 2 b
+        create_atoms 1 box basis 3 2
+        mass 1 1.5
+        mass 2 0.5
+        group odd id 1:32:2
+        group none empty";
+
+    #[test]
+    fn created_velocities_are_those_of_lammps() {
+        // Values of LAMMPS 22Jul2025: atoms 1 and 3.
+        let cases = [
+            (
+                "all create 1.44 87287",
+                [0.8335315960865538, 0.3275443141758666, 0.06541913742836339],
+                [-0.44602454940622244, -2.308025485739541, 1.405369785749323],
+            ),
+            (
+                "all create 1.44 87287 loop local dist gaussian",
+                [-0.7302871769969219, 0.24726494062946555, 0.4325052402929508],
+                [2.2065755676352, 0.1107949157800671, -2.3193837744024988],
+            ),
+            (
+                "odd create 1.44 87287 loop geom rot yes mom no",
+                [0.42906784392634184, -0.7893948723019747, -2.3240249171720633],
+                [-1.6030027158835176, -1.1086067854813368, 1.4565695772376823],
+            ),
+        ];
+        for (command, first, third) in cases {
+            let mut scene = Scene::new(SCENE);
+            scene.run(&format!("velocity {command}")).unwrap();
+            assert_eq!(scene.state.v[0], Vec3::from(first), "{command}");
+            assert_eq!(scene.state.v[2], Vec3::from(third), "{command}");
+        }
+    }
+
+    #[test]
+    fn set_and_ramp_take_lattice_units() {
+        let mut scene = Scene::new(SCENE);
+        let unit = scene.lattice.as_ref().unwrap().spacing().x;
+        scene.run("velocity all set 1.5 NULL 2 units box").unwrap();
+        scene.run("velocity odd set NULL 3 NULL").unwrap();
+        scene.run("velocity odd set 1 NULL NULL sum yes").unwrap();
+        assert_eq!(scene.state.v[0], Vec3::new(1.5 + unit, 3.0 * unit, 2.0));
+        assert_eq!(scene.state.v[1], Vec3::new(1.5, 0.0, 2.0));
+        // Atom 2 sits at half a lattice unit along y.
+        scene.run("velocity all ramp vz 0 4 y 0 2").unwrap();
+        assert_eq!(scene.state.v[1].z, unit);
+    }
+
+    #[test]
+    fn complaints_point_at_the_word() {
+        let mut scene = Scene::new(SCENE);
+        assert_eq!(scene.complaint("velocity all scale 1"), (1, "the temperature is 0 and cannot be scaled".into()));
+        assert_eq!(scene.complaint("velocity none create 1 5").0, 1);
+        assert_eq!(scene.complaint("velocity all create -1 5").0, 3);
+        assert_eq!(scene.complaint("velocity all create 1 0").0, 4);
+        assert_eq!(scene.complaint("velocity all set v_a 0 0").0, 3);
+        assert_eq!(scene.complaint("velocity all create 1 5 temp t").0, 5);
+        scene.state.id[3] = 99;
+        assert!(scene.complaint("velocity all create 1 5").1.contains("without gaps"));
+        scene.masses[1] = None;
+        assert!(scene.complaint("velocity all create 1 5").1.contains("mass of atom type 2"));
+    }
+}

@@ -44,7 +44,6 @@ pub fn read(script: &mut ScriptState, statement: &Statement, command: &ReadDataC
         let bit = scene.groups.find_or_add(group).map_err(|c| statement.complain(c))?;
         scene.state.mask.iter_mut().for_each(|mask| *mask |= bit);
     }
-    scene.shrink_wrap();
     Ok(lines)
 }
 

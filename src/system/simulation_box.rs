@@ -20,11 +20,11 @@ pub struct SimulationBox {
     pub hi: Vec3,
     /// `sides[axis] = [low side, high side]`; both or neither are periodic.
     pub sides: [[Side; 2]; 3],
-    /// Distance kept between a shrink-wrapped side and the outermost atom: [`SHRINK_MARGIN`] of the edge as first given.
+    /// Distance kept between a shrink-wrapped side and the outermost atom: 1e-4 of the edge as first given.
     pub margin: Vec3,
 }
 
-/// Part of an edge that a shrink-wrapped side stays away from the atoms.
+/// See [`SimulationBox::margin`].
 const SHRINK_MARGIN: f64 = 1.0e-4;
 
 impl SimulationBox {
@@ -102,23 +102,28 @@ impl SimulationBox {
     }
 }
 
+/// Farther out than this many edges, a position is brought back in one go, which costs its last bits.
+const FAR: f64 = 1.0e5;
+
 fn wrap_axis(x: &mut f64, image: &mut i32, lo: f64, hi: f64) {
     let edge = hi - lo;
-    // Far out (LAMMPS would lose such an atom): jump near the box first; one image more or less is settled below.
-    let far = ((*x - lo) / edge).floor();
-    if far.abs() > 1.0e5 {
-        *x = if far.abs() < 1e9 { *x - far * edge } else { lo + (*x - lo).rem_euclid(edge) };
-        *image = image.saturating_add(far as i32);
+    let edges_away = ((*x - lo) / edge).floor();
+    if edges_away.abs() > FAR {
+        *x = lo + (*x - lo).rem_euclid(edge);
+        *image = image.saturating_add(edges_away as i32);
     }
-    while *x < lo {
-        *x = (*x + edge).max(lo);
-        *image -= 1;
+    if *x < lo {
+        while *x < lo {
+            *x += edge;
+            *image = image.saturating_sub(1);
+        }
+        *x = x.max(lo);
     }
+    // x a hair below lo is exactly hi now, and comes back to lo: both steps counted, as LAMMPS does.
     while *x >= hi {
         *x = (*x - edge).max(lo);
-        *image += 1;
+        *image = image.saturating_add(1);
     }
-    // x a hair below lo wraps to hi exactly in floating point, and back to lo: both steps counted, as LAMMPS does.
 }
 
 #[cfg(test)]
@@ -138,5 +143,25 @@ mod tests {
         simulation_box.shrink_wrap(&[Vec3::new(1.0, 2.0, 2.0), Vec3::new(2.0, 1.5, 9.0)]);
         assert_eq!(simulation_box.lo, Vec3::new(0.0, 1.4998, 1.0));
         assert_eq!(simulation_box.hi, Vec3::new(2.0003, 3.0, 3.0));
+    }
+
+    #[test]
+    fn positions_wrap_from_any_number_of_edges_away() {
+        let periodic = [[Side::Periodic; 2]; 3];
+        let simulation_box = SimulationBox::new(Vec3::zeros(), Vec3::repeat(10.0), periodic);
+        let wrapped = |x: f64| {
+            let (mut x, mut image) = (Vec3::new(x, 1.0, 1.0), [5, 0, 0]);
+            simulation_box.wrap(&mut x, &mut image);
+            (x.x, image[0])
+        };
+        // Values LAMMPS 22Jul2025 reads from a data file.
+        assert_eq!(wrapped(12345.678), (5.677999999999884, 1239));
+        assert_eq!(wrapped(-13.3).1, 3);
+        assert!((wrapped(-13.3).0 - 6.7).abs() < 1e-14);
+        assert_eq!(wrapped(-1e-17), (0.0, 5));
+        assert_eq!(wrapped(10.0), (0.0, 6));
+        // Far out nothing hangs or overflows.
+        assert!((0.0..10.0).contains(&wrapped(1e300).0));
+        assert!((0.0..10.0).contains(&wrapped(-1e300).0));
     }
 }

@@ -65,6 +65,10 @@ pub fn read_header<'a>(lines: &mut Lines<'a>) -> Result<(Header, Option<Line<'a>
         }
     };
     let missing = |what: &str| {
+        if let Some(line) = after.filter(|line| line.text.starts_with(|c: char| !c.is_ascii_alphabetic())) {
+            let message = format!("{SECTION}: expected a line such as '{what}' or a section, got '{}'", line.text);
+            return lines.error(line.text, message);
+        }
         let message = format!("{SECTION}: expected a line '{what}' before the first section, found none");
         let error = match after {
             Some(line) => lines.error(line.text, message),

@@ -185,6 +185,7 @@ fn read_atoms(
         );
     }
     let most = header.types as u32;
+    let edges = simulation_box.lengths();
     let mut places = Vec::new();
     let mut with_images = None;
     for read in 0..header.atoms {
@@ -195,6 +196,10 @@ fn read_atoms(
         let (mut x, mut texts) = (Vec3::zeros(), [""; 3]);
         for axis in 0..3 {
             (x[axis], texts[axis]) = fields.number("a coordinate")?;
+            if (x[axis] - simulation_box.lo[axis]).abs() > FARTHEST * edges[axis] {
+                let message = format!("expected a coordinate near the box, got '{}'", texts[axis]);
+                return Err(fields.error(texts[axis], message));
+            }
         }
         // Image flags are there for all atoms or for none; the first line tells.
         let images = *with_images.get_or_insert_with(|| fields.rest().next().is_some());
@@ -223,6 +228,8 @@ fn read_atoms(
 
 /// Image flags beyond this are a mistake; the bound keeps later counting from overflowing.
 const MAX_IMAGE: i32 = 1 << 28;
+/// Box edges an atom may lie away from the box before that is a mistake.
+const FARTHEST: f64 = 1.0e6;
 
 fn without_labels(line: Line<'_>, error: InputError) -> InputError {
     match line.text.split_ascii_whitespace().nth(1) {
@@ -290,4 +297,98 @@ fn read_velocities(lines: &mut Lines<'_>, index: &[(u32, u32)], state: &mut Stat
         fields.done()?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const FILE: &str = "title\n\n3 atoms\n2 atom types\n0 10 xlo xhi\n0 10 ylo yhi\n0 10 zlo zhi\n\nMasses\n\n1 1.5\n2 2e-7\n\n\
+        Pair Coeffs # lj/cut\n\n1 1 1\n2 2 1.5\n\n\
+        Atoms # atomic\n\n1 1 1 1 1 0 0 0\n3 2 12.5 2 -3 0 1 -2 # odd\n2 1 3 3 3 0 0 0\n\n\
+        Velocities\n\n1 1 2 3\n3 1 1 1\n2 0.1 0.2 0.3\n";
+    const PERIODIC: [[Side; 2]; 3] = [[Side::Periodic; 2]; 3];
+
+    fn read(text: &str, sides: [[Side; 2]; 3]) -> Result<DataFile, String> {
+        read_data(&Source::new("f", text), sides).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn atoms_are_wrapped_and_counted() {
+        let file = read(FILE, PERIODIC).unwrap();
+        assert_eq!(file.masses, [Some(1.5), Some(2e-7)]);
+        assert_eq!(file.state.id, [1, 3, 2]);
+        assert_eq!(file.state.x[1], Vec3::new(2.5, 2.0, 7.0));
+        assert_eq!(file.state.image[1], [1, 1, -3]);
+        assert_eq!(file.state.v[2], Vec3::new(0.1, 0.2, 0.3));
+        let coefficients = file.pair_coefficients.unwrap();
+        assert_eq!(coefficients.style.unwrap().text, "lj/cut");
+        assert_eq!(coefficients.lines[1][2].text, "1.5");
+    }
+
+    #[test]
+    fn free_sides_follow_the_atoms_or_refuse_them() {
+        let shrink = [[Side::Shrink; 2], PERIODIC[0], PERIODIC[0]];
+        let file = read(&FILE.replace("12.5", "10"), shrink).unwrap();
+        // Bounds of LAMMPS 22Jul2025.
+        assert_eq!((file.simulation_box.lo.x, file.simulation_box.hi.x), (0.999, 10.001));
+        assert_eq!(file.state.image[1], [0, 1, -3]);
+        let fixed = [[Side::Fixed; 2], PERIODIC[0], PERIODIC[0]];
+        let message = read(&FILE.replace("12.5", "10"), fixed).unwrap_err();
+        assert_eq!(
+            message,
+            "f:22:5: Atoms: expected x from 0 to below 10, as the box is not periodic along x, got '10'"
+        );
+    }
+
+    #[test]
+    fn mistakes_have_their_place() {
+        let mistakes = [
+            ("3 atoms\n", "", "f:8:1: header: expected a line 'N atoms' before the first section, found none"),
+            (
+                "3 atoms",
+                "3.5 atoms",
+                "f:3:1: header: expected the number of atoms, a whole number from 0 to 2147483647",
+            ),
+            ("0 10 ylo yhi\n", "", "f:8:1: header: expected a line 'ylo yhi'"),
+            ("3 atoms", "3 atoms\n2 bonds", "f:4:1: header: bonds are not part of octant, got 2 of them"),
+            ("0 10 zlo zhi", "0 10 zlo zhi\n0 0 0 xy xz yz", "f:8:1: header: triclinic boxes are not part of octant"),
+            ("2 2e-7", "2 -1", "f:12:3: Masses: expected a mass above 0, got '-1'"),
+            ("2 2e-7\n", "", "f:13:1: Masses: expected 2 lines, got section Pair Coeffs after 1"),
+            ("# atomic", "# full", "f:19:9: Atoms: atom style 'full' is not part of octant"),
+            ("3 2 12.5", "1 2 12.5", "f:22:1: Atoms: atom id 1 stands here a second time"),
+            ("3 2 12.5", "0 2 12.5", "f:22:1: Atoms: expected an atom id"),
+            ("3 2 12.5", "3 3 12.5", "f:22:3: Atoms: expected an atom type, a whole number from 1 to 2, got '3'"),
+            ("12.5", "nan", "f:22:5: Atoms: expected a coordinate, a finite number, got 'nan'"),
+            ("12.5", "1e300", "f:22:5: Atoms: expected a coordinate near the box, got '1e300'"),
+            ("0 1 -2", "", "f:22:12: Atoms: expected an image flag after '-3', got the end of the line"),
+            ("2 1 3 3 3 0 0 0", "", "f:25:1: Atoms: expected 3 lines, got section Velocities after 2"),
+            ("Velocities", "Bonds", "f:25:1: section Bonds is not part of octant"),
+            ("Velocities", "Speeds", "f:25:1: expected a section, one of"),
+            ("2 0.1 0.2", "7 0.1 0.2", "f:29:1: Velocities: expected the id of an atom of this file, got 7"),
+            ("2 0.1 0.2 0.3\n", "", "f:28:8: Velocities: expected 3 lines, got the end of the file after 2"),
+            (
+                "0.2 0.3",
+                "0.2",
+                "f:29:7: Velocities: expected a velocity component after '0.2', got the end of the line",
+            ),
+        ];
+        for (from, to, message) in mistakes {
+            let text = FILE.replacen(from, to, 1);
+            let error = read(&text, PERIODIC).expect_err(message);
+            assert!(error.starts_with(message), "{error}\nis not\n{message}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn no_text_panics(at in 0..FILE.len(), cut in 0usize..20, insert in "[0-9a-zA-Z#. \n-]{0,8}") {
+            let mut text = FILE.to_string();
+            text.replace_range(at..(at + cut).min(FILE.len()), &insert);
+            let _ = read(&text, PERIODIC);
+            let _ = read(&text[..at], PERIODIC);
+        }
+    }
 }

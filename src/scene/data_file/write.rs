@@ -138,6 +138,9 @@ impl std::fmt::Display for Shortest {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::data_file::read_data;
+    use crate::script::Source;
+    use crate::system::{Side, Vec3};
 
     #[test]
     fn numbers_look_as_in_the_files_of_lammps() {
@@ -151,5 +154,64 @@ mod tests {
         assert_eq!(text(-1.5e-300), "-1.5e-300");
         assert_eq!(text(1.0e15), "1000000000000000");
         assert_eq!(text(1.0e16), "1e+16");
+    }
+
+    #[test]
+    fn files_read_back_to_the_same_bits() {
+        let mut state = State::default();
+        state.push(2, 1, Vec3::new(0.1 + 0.2, 1.0 / 3.0, 9.999999999999998));
+        state.push(1, 2, Vec3::new(-1.25, 12.0, 1.0e-7));
+        state.v[0] = Vec3::new(1.0e-5, -0.0, 2.0f64.sqrt());
+        state.image[1] = [2, 0, 0];
+        let sides = [[Side::Periodic; 2], [Side::Shrink; 2], [Side::Fixed; 2]];
+        let mut simulation_box = SimulationBox::new(Vec3::repeat(-0.5), Vec3::repeat(10.5), sides);
+        let pair =
+            PairCoefficients { style: "lj/cut".into(), full: false, lines: vec!["1 1 1".into(), "2 0.5 1.1".into()] };
+        let masses = [Some(1.0), Some(39.948)];
+        let data = WriteData {
+            step: 7,
+            units: "metal",
+            state: &state,
+            simulation_box: &simulation_box,
+            masses: &masses,
+            pair: Some(&pair),
+        };
+        let mut out = Vec::new();
+        write_to(&mut out, &data).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        assert!(text.contains("timestep = 7, units = metal\n\n2 atoms\n2 atom types\n\n-0.5 10.5 xlo xhi\n"));
+        assert!(
+            text.contains(
+                "\nMasses\n\n1 1\n2 39.948\n\nPair Coeffs # lj/cut\n\n1 1 1\n2 0.5 1.1\n\nAtoms # atomic\n\n"
+            )
+        );
+        assert!(text.ends_with("1 2 9.75 12 1e-07 1 0 0\n\nVelocities\n\n2 1e-05 -0 1.4142135623730951\n1 0 0 0\n"));
+        let read = read_data(&Source::new("f", text), sides).unwrap();
+        assert_eq!(read.state.x[0], state.x[0]);
+        assert_eq!(read.state.v, state.v);
+        assert_eq!(read.masses, masses);
+        simulation_box.shrink_wrap(&state.x);
+        assert!((read.simulation_box.hi.y - simulation_box.hi.y).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_written_leaves_nothing_behind() {
+        let state = State::default();
+        let simulation_box = SimulationBox::new(Vec3::zeros(), Vec3::repeat(1.0), [[Side::Periodic; 2]; 3]);
+        let data = WriteData {
+            step: 0,
+            units: "lj",
+            state: &state,
+            simulation_box: &simulation_box,
+            masses: &[None],
+            pair: None,
+        };
+        let folder = std::env::temp_dir().join(format!("octant-write-data-{}", std::process::id()));
+        assert!(write_data(&folder.join("a.data"), &data).is_err());
+        fs::create_dir_all(&folder).unwrap();
+        write_data(&folder.join("a.data"), &data).unwrap();
+        let names: Vec<_> = fs::read_dir(&folder).unwrap().map(|e| e.unwrap().file_name()).collect();
+        fs::remove_dir_all(&folder).unwrap();
+        assert_eq!(names, ["a.data"]);
     }
 }
