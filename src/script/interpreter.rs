@@ -290,3 +290,105 @@ impl Interpreter {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::script::NoSimulation;
+
+    /// Runs a script; its log as LAMMPS writes it: echoed lines, and what `print` prints.
+    fn log(text: &str, presets: &[(String, String)]) -> Result<Vec<String>, String> {
+        let mut script = Interpreter::new(Source::new("in", text), presets).map_err(|e| e.to_string())?;
+        let mut lines = Vec::new();
+        while let Some(statement) = script.next(&mut NoSimulation).map_err(|e| e.to_string())? {
+            lines.extend(statement.echo.clone());
+            if statement.name() == "print" {
+                lines.push(statement.words[1].text.clone());
+            }
+        }
+        lines.extend(script.trailing_echo());
+        Ok(lines)
+    }
+
+    /// Log of LAMMPS 22Jul2025 for the same lines.
+    #[test]
+    fn echo_is_that_of_lammps() {
+        let script = "# start $x\nvariable x index 7 8\nprint \"x is $x\" # c\n\ngroup $x$x type ${x}\n\
+                      variable s string \"a $(1+1) $x\"\nif \"$x > 4\" then \"print 's ${s}'\" \"variable y equal $x*2\"\n\
+                      print ${y}\n# end";
+        let expected = [
+            "# start $x",
+            "variable x index 7 8",
+            "print \"x is $x\" # c",
+            "x is 7",
+            "",
+            "group $x$x type ${x}",
+            "group 7$x type ${x}",
+            "group 77 type ${x}",
+            "group 77 type 7",
+            "variable s string \"a $(1+1) $x\"",
+            "a 2 $x",
+            "a 2 7",
+            "if \"$x > 4\" then \"print 's ${s}'\" \"variable y equal $x*2\"",
+            "print 's ${s}'",
+            "s a 2 7",
+            "variable y equal $x*2",
+            "variable y equal 7*2",
+            "print ${y}",
+            "print 14",
+            "14",
+            "# end",
+        ];
+        assert_eq!(log(script, &[]).unwrap(), expected);
+    }
+
+    #[test]
+    fn loops_end_where_lammps_ends_them() {
+        let script = "variable i loop 3 9 pad\nlabel here # again\nprint 'i $i'\nif \"$i == 5\" then \"jump SELF out\" \"print no\"\n\
+                      next i\njump SELF here\nlabel out\nvariable i delete\nvariable j index a b\nlabel top\nprint $j\nnext j\njump SELF top\n";
+        let printed: Vec<String> = log(script, &[]).unwrap().into_iter().filter(|l| !l.contains(['$', ' '])).collect();
+        assert_eq!(printed, ["a", "b"]);
+        let rounds = log(script, &[]).unwrap().into_iter().filter(|l| l.starts_with("i ")).collect::<Vec<_>>();
+        assert_eq!(rounds, ["i 3", "i 4", "i 5"]);
+        // A loop that has run out takes its variable along; the jump after it does nothing, once.
+        let script = "variable i index 1\nnext i\njump SELF\nprint done\njump SELF nowhere";
+        assert_eq!(log(script, &[]).unwrap_err(), "in:5:11: jump: expected a label of this script, got 'nowhere'");
+        assert!(log("label a\njump SELF a", &[]).unwrap_err().contains("lines without one"));
+    }
+
+    #[test]
+    fn branches_are_chosen_as_in_lammps() {
+        let script =
+            "if '1>2' then 'print a' elif 2>1 'print b' 'print c' else 'print d'\nif 0 then 'print e' else 'print f'";
+        let printed: Vec<String> = log(script, &[]).unwrap().into_iter().filter(|l| l.len() == 1).collect();
+        assert_eq!(printed, ["b", "c", "f"]);
+        let error = |text| log(text, &[]).unwrap_err();
+        assert_eq!(error("if 1 thn 'print a'"), "in:1:6: if: expected then, got 'thn'");
+        assert_eq!(
+            error("if 'a == $(1+1)' then 'print a'"),
+            "in:1:5: if: expected two numbers or two words to compare, got a number and 'a'"
+        );
+        assert_eq!(error("if 1 then 'print \"$(2*(1/0))\"'"), "in:1:23: formula: division by zero");
+    }
+
+    #[test]
+    fn presets_win_over_index_variables_only() {
+        let preset = |name: &str, value: &str| vec![(name.to_string(), value.to_string())];
+        let printed = log("variable n index 5\nprint '${n}'\nnext n\nprint $n", &preset("n", "10 20")).unwrap();
+        assert_eq!((printed[2].as_str(), printed.last().unwrap().as_str()), ("10", "20"));
+        assert!(log("variable n equal 5", &preset("n", "1")).unwrap_err().contains("variable n has style index"));
+        let wrong = Interpreter::new(Source::new("in", ""), &preset("a-b", "1")).unwrap_err();
+        assert!(wrong.to_string().starts_with("command line:1:4: expected a variable name"), "{wrong}");
+    }
+
+    #[test]
+    fn words_point_at_what_was_typed() {
+        let source = Source::new("in", "variable n index '10 every'\nrun  ${n} 'a b' &\n $(1+1)");
+        let mut script = Interpreter::new(source.clone(), &[]).unwrap();
+        let statement = script.next(&mut NoSimulation).unwrap().unwrap();
+        let words: Vec<(&str, &str)> =
+            statement.words.iter().map(|w| (w.text.as_str(), &source.text[w.span.start..w.span.end])).collect();
+        let expected = [("run", "run"), ("10", "${n}"), ("every", "${n}"), ("a b", "'a b'"), ("2", "$(1+1)")];
+        assert_eq!(words, expected);
+    }
+}

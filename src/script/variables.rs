@@ -109,12 +109,14 @@ impl Variables {
             }
             "index" | "loop" => (), // defined already: the loop it steers goes on
             "string" | "equal" => {
-                at_most(words, 4)?;
+                if style == "string" {
+                    at_most(words, 4)?;
+                }
                 if let Some(old) = self.variables.get(name).map(Variable::style).filter(|old| *old != style) {
                     let message = format!("variable {name} has style {old} and cannot get style {style}");
                     return Err(Complaint::new(2, message).with_help("delete it first: variable NAME delete"));
                 }
-                let text = arguments.first().map(|w| &w.text).cloned().unwrap_or_default();
+                let text = joined(arguments);
                 let variable = if style == "string" {
                     Variable::Text { value: text.text().to_string(), known }
                 } else {
@@ -257,6 +259,18 @@ fn check_name(name: &str) -> Result<(), String> {
     } else {
         Err(format!("expected a variable name of letters, digits and underscores, got '{name}'"))
     }
+}
+
+/// The words of a formula, blanks between them.
+fn joined(words: &[Token]) -> Mapped {
+    let mut text = Mapped::default();
+    for (k, word) in words.iter().enumerate() {
+        if k > 0 {
+            text.push_copied(" ", word.span.start);
+        }
+        text.append(&word.text);
+    }
+    text
 }
 
 fn at_most(words: &[Token], count: usize) -> Result<(), Complaint> {

@@ -146,7 +146,7 @@ impl<'a> Evaluator<'a> {
             LookupError::Here(message) => fail(expression, message),
         })?;
         let Some(Looked { text, known }) = looked else {
-            return Err(fail(expression, format!("expected the name of a variable after v_, got '{name}'")));
+            return Err(fail(expression, format!("undefined variable '{name}'")));
         };
         match parse_number(&text).filter(|x| x.is_finite()) {
             Some(value) => Ok(Quantity { value, known }),

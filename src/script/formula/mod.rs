@@ -3,6 +3,8 @@
 pub mod evaluate;
 pub mod functions;
 pub mod parser;
+#[cfg(test)]
+mod tests;
 
 use std::fmt;
 use std::ops::Range;
