@@ -4,6 +4,8 @@ pub mod command;
 pub mod environment;
 pub mod source;
 pub mod statement;
+#[cfg(test)]
+pub(crate) mod testing;
 
 pub use command::Command;
 pub use environment::{Environment, NoSimulation, Quantity};

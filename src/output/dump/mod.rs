@@ -125,8 +125,8 @@ pub fn open_dump(
             trajectory::writer(command, &facts)?
         }
     };
-    let by_id =
-        matches!(command.style, DumpStyle::Dcd | DumpStyle::Xtc | DumpStyle::Netcdf(_) | DumpStyle::Chemfiles { .. });
+    // LAMMPS's defaults; most other formats have no room for ids.
+    let by_id = !matches!(command.style, DumpStyle::Atom | DumpStyle::Custom(_));
     Ok(Box::new(Dump {
         style: command.style.name(),
         group_mask,
@@ -238,5 +238,4 @@ impl Drop for Dump {
 }
 
 #[cfg(test)]
-#[path = "dump_tests.rs"]
-mod tests;
+pub(super) mod tests;
