@@ -166,11 +166,12 @@ impl Observer for Dump {
     fn next(&self, after: i64, last: i64) -> Option<i64> {
         // A run's set-up asks from the step before its first: a step that the run before has already written is skipped.
         let after = self.last_written.map_or(after, |written| after.max(written));
-        let next = if self.first && self.last_written.is_none() {
-            after.checked_add(1)
-        } else {
-            let after = self.delay.map_or(after, |delay| after.max(delay - 1));
-            next_multiple(after, self.every)
+        let begins = self.first && self.last_written.is_none();
+        let next = match self.delay {
+            // A delay wins over `first`.
+            Some(delay) if after < delay.saturating_sub(1) => next_multiple(delay - 1, self.every),
+            _ if begins => after.checked_add(1),
+            _ => next_multiple(after, self.every),
         };
         next.filter(|step| *step <= last)
     }

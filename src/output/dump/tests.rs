@@ -8,7 +8,7 @@ use crate::script::testing::statement;
 use crate::system::{Side, SimulationBox, State, Units};
 
 /// Three atoms in LAMMPS's storage order, group 1 being those of type 2; one side of each kind.
-pub(super) fn sample() -> (State, SimulationBox) {
+pub(in crate::output) fn sample() -> (State, SimulationBox) {
     let mut state = State::default();
     state.push(1, 2, Vec3::new(0.5, -0.25, 1.125));
     state.push(3, 2, Vec3::new(1.0625, 0.125, 2.0));
@@ -27,8 +27,14 @@ pub(super) fn sample() -> (State, SimulationBox) {
     (state, simulation_box)
 }
 
+/// Shows a dump the sample at a step.
 pub(in crate::output) fn show(dump: &mut dyn DumpObserver, step: i64) -> Result<(), Error> {
-    let ((state, simulation_box), sums) = (sample(), Sums::default());
+    show_with(dump, step, sample().0)
+}
+
+/// Shows a dump these atoms in the sample's box.
+pub(in crate::output) fn show_with(dump: &mut dyn DumpObserver, step: i64, state: State) -> Result<(), Error> {
+    let ((_, simulation_box), sums) = (sample(), Sums::default());
     let snapshot = Snapshot {
         step,
         first_step: 0,
@@ -146,6 +152,8 @@ fn snapshots_are_at_multiples_and_never_twice() {
     assert_eq!(of("s3", &first, &runs[1..]), [100, 120, 160, 200, 240]);
     assert_eq!(of("s4", &["dump a all atom 100 FILE"], &runs), [0, 100, 200]);
     assert_eq!(of("s5", &["dump a all atom 10 FILE", "dump_modify a every 90 delay 95"], &runs), [180]);
+    let both = ["dump a all atom 7 FILE", "dump_modify a first yes delay 20"];
+    assert_eq!(of("s7", &both, &[(15, 35)]), [21, 28, 35]);
     assert!(of("s6", &["dump a all atom 9223372036854775807 FILE"], &[(5, 9)]).is_empty());
 }
 

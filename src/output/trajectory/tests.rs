@@ -5,16 +5,28 @@ use chemfiles::Trajectory;
 use super::writer::TrajectoryWriter;
 use super::{SINGLE_FRAME, trajectory_formats};
 use crate::output::SceneFacts;
-use crate::output::dump::tests::{dump, show};
+use crate::output::dump::tests::{dump, sample, show, show_with};
 use crate::script::command::dump::DumpCommand;
 use crate::script::testing::statement;
 use crate::system::Units;
 
-/// Positions and cell edges of frames 40 and 60 as read back.
-fn frames(name: &str, lines: &[&str]) -> Vec<(usize, Vec<[f64; 3]>, [f64; 3], Vec<String>)> {
+/// A frame as read back.
+struct Read {
+    step: usize,
+    positions: Vec<[f64; 3]>,
+    edges: [f64; 3],
+    names: Vec<String>,
+}
+
+/// Steps 40 and 60 of the sample, read back.
+fn frames(name: &str, lines: &[&str]) -> Vec<Read> {
     let (mut dump, path) = dump(name, lines);
-    show(&mut *dump, 40).unwrap();
-    show(&mut *dump, 60).unwrap();
+    for step in [40, 60] {
+        let (mut state, _) = sample();
+        // Wide numbers do not fit into the columns of GRO files.
+        state.v[1].x = -0.75;
+        show_with(&mut *dump, step, state).unwrap();
+    }
     dump.close().unwrap();
     let report = dump.report();
     assert_eq!(report.frames, 2);
@@ -26,7 +38,8 @@ fn frames(name: &str, lines: &[&str]) -> Vec<(usize, Vec<[f64; 3]>, [f64; 3], Ve
         let mut frame = chemfiles::Frame::new();
         trajectory.read(&mut frame).unwrap();
         let names = frame.iter_atoms().map(|atom| atom.name()).collect();
-        frames.push((frame.step(), frame.positions().to_vec(), frame.cell().lengths(), names));
+        let (positions, edges) = (frame.positions().to_vec(), frame.cell().lengths());
+        frames.push(Read { step: frame.step(), positions, edges, names });
     }
     std::fs::remove_file(path).unwrap();
     frames
@@ -52,7 +65,7 @@ fn every_format_takes_a_trajectory() {
         // CIF files hold fractions of the cell, wrapped.
         let edges = [5.0, 5.0, 6.0632];
         let nearest = |(k, (a, b)): (usize, (&f64, &f64))| a - edges[k % 3] * ((a - b) / edges[k % 3]).round();
-        let found = frames[1].1.iter().flatten().zip(BY_ID.iter().flatten()).enumerate().map(nearest);
+        let found = frames[1].positions.iter().flatten().zip(BY_ID.iter().flatten()).enumerate().map(nearest);
         let found: Vec<f64> = found.collect();
         let found: Vec<[f64; 3]> = found.chunks(3).map(|x| [x[0], x[1], x[2]]).collect();
         assert_near(&found, &BY_ID, 6e-3, &name);
@@ -62,17 +75,17 @@ fn every_format_takes_a_trajectory() {
 #[test]
 fn steps_cells_and_names_where_the_format_has_them() {
     let xtc = frames("t.xtc", &["dump a all xtc 20 FILE", "dump_modify a precision 100000"]);
-    assert_eq!([xtc[0].0, xtc[1].0], [40, 60]);
-    assert_near(&xtc[0].1, &BY_ID, 1e-6, "xtc");
-    assert_near(&[xtc[0].2], &[[5.0, 5.0, 6.0632]], 1e-6, "xtc cell");
+    assert_eq!([xtc[0].step, xtc[1].step], [40, 60]);
+    assert_near(&xtc[0].positions, &BY_ID, 1e-6, "xtc");
+    assert_near(&[xtc[0].edges], &[[5.0, 5.0, 6.0632]], 1e-6, "xtc cell");
     let xyz = frames("t.xyz.gz", &["dump a g chemfiles 20 FILE", "dump_modify a element Al C"]);
-    assert_eq!(xyz[0].3, ["C", "C"]);
+    assert_eq!(xyz[0].names, ["C", "C"]);
     let group = [BY_ID[0], BY_ID[2]];
-    assert_near(&xyz[1].1, &group, 1e-6, "xyz");
+    assert_near(&xyz[1].positions, &group, 1e-6, "xyz");
     let unwrapped = frames("u.dcd", &["dump a g dcd 20 FILE", "dump_modify a unwrap yes"]);
-    assert_near(&unwrapped[1].1, &[[10.5, -0.25, 1.125], [-3.9375, 0.125, 2.0]], 1e-6, "dcd");
+    assert_near(&unwrapped[1].positions, &[[10.5, -0.25, 1.125], [-3.9375, 0.125, 2.0]], 1e-6, "dcd");
     let netcdf = frames("t.nc", &["dump a all netcdf 20 FILE id xu yu zu vx vy vz"]);
-    assert_near(&netcdf[0].1[..1], &[[10.5, -0.25, 1.125]], 1e-6, "netcdf");
+    assert_near(&netcdf[0].positions[..1], &[[10.5, -0.25, 1.125]], 1e-6, "netcdf");
 }
 
 /// The header words that LAMMPS fills: first step, interval, last step, timestep.
