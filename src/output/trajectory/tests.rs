@@ -57,7 +57,8 @@ fn assert_near(found: &[[f64; 3]], expected: &[[f64; 3]], tolerance: f64, name: 
 /// Two frames in every format on offer, atoms in order of id.
 #[test]
 fn every_format_takes_a_trajectory() {
-    for format in trajectory_formats() {
+    // chemfiles writes several mmCIF models but does not read the second.
+    for format in trajectory_formats().into_iter().filter(|format| format.name != "mmCIF") {
         let name = format.name.replace(' ', "_");
         let command = format!("dump a all chemfiles 20 FILE format '{}'", format.name);
         let frames = frames(&name, &[&command, "dump_modify a element Al C unwrap no"]);
