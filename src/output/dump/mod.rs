@@ -67,7 +67,8 @@ pub(super) struct Frame<'a> {
     pub inverse: Vec3,
     /// Atoms are shown wrapped into the box.
     pub wraps: bool,
-    /// Steps between snapshots.
+    /// Steps between snapshots; DCD files tell.
+    #[cfg_attr(not(feature = "chemfiles"), expect(dead_code))]
     pub every: i64,
 }
 
