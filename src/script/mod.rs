@@ -13,6 +13,8 @@ pub mod statement;
 pub mod substitute;
 pub mod suggest;
 pub mod variables;
+#[cfg(test)]
+pub(crate) mod testing;
 
 pub use command::Command;
 pub use environment::{Environment, NoSimulation, Quantity};

@@ -111,8 +111,12 @@ impl DumpCommand {
         let style_word = args.position();
         let style = args.text("a dump style")?;
         if !STYLES.contains(&style) {
-            let known = if MISSING_STYLES.contains(&style) { "" } else { " (nor known)" };
-            let why = format!("dump style '{style}' is not part of octant{known}; available: {}", STYLES.join(", "));
+            let available = STYLES.join(", ");
+            let why = if MISSING_STYLES.contains(&style) {
+                format!("dump style '{style}' is not part of octant; available: {available}")
+            } else {
+                format!("unknown dump style '{style}'; available: {available}")
+            };
             return Err(Complaint::new(style_word, why));
         }
         let every = args.integer("the number of steps between snapshots", 1)?;
