@@ -1,1 +1,5 @@
-fn main() {}
+//! The `octant` program.
+
+fn main() -> std::process::ExitCode {
+    octant::cli::main()
+}

@@ -1,5 +1,26 @@
 //! What the user sees: log, thermo table, dumps, trajectories, reports.
 
+pub mod columns;
 pub mod console;
+pub mod dump;
+pub mod facts;
+pub mod json;
+pub mod printf;
+pub mod progress;
+pub mod quantities;
+pub mod summary;
+pub mod thermo;
+pub mod trajectory;
+pub mod writable;
 
-pub use console::Console;
+pub use console::{Console, Echo};
+pub use dump::{DumpObserver, WrittenFile, open_dump};
+pub use facts::SceneFacts;
+pub use json::{NeighborReport, Report, TimingReport};
+pub use printf::Printf;
+pub use progress::Progress;
+pub use quantities::{Number, Quantities};
+pub use summary::{RunSummary, StageTimes, wall_time_line};
+pub use thermo::{ThermoRow, ThermoSchedule, ThermoTable};
+pub use trajectory::trajectory_formats;
+pub use writable::check_writable;

@@ -21,6 +21,11 @@ pub trait Environment {
     /// A group function of equal-style formulas: `count(all)`, `mass(g)`, `xcm(g,x)`, `vcm(g,x)`, `ke(g)`, `bound(g,xmin)`;
     /// `Ok(None)` where there is no such function.
     fn group(&mut self, function: &str, args: &[&str]) -> Result<Option<Quantity>, String>;
+    /// First and last step that `ramp`, `vdisplace` and the like count from: those of the run in progress (or its `start` and
+    /// `stop`), both 0 between runs.
+    fn run_range(&mut self) -> (i64, i64) {
+        (0, 0)
+    }
 }
 
 /// An environment with no simulation in it.

@@ -56,6 +56,11 @@ impl Statement {
         error
     }
 
+    /// Reads the arguments from word `next` on.
+    pub fn args_from(&self, next: usize) -> Args<'_> {
+        Args { words: &self.words, next }
+    }
+
     /// Reads the arguments one after another.
     pub fn args(&self) -> Args<'_> {
         Args { words: &self.words, next: 1 }

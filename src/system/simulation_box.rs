@@ -20,9 +20,57 @@ pub struct SimulationBox {
     pub hi: Vec3,
     /// `sides[axis] = [low side, high side]`; both or neither are periodic.
     pub sides: [[Side; 2]; 3],
+    /// Distance kept between a shrink-wrapped side and the outermost atom: 1e-4 of the edge as first given.
+    pub margin: Vec3,
 }
 
+/// See [`SimulationBox::margin`].
+const SHRINK_MARGIN: f64 = 1.0e-4;
+
 impl SimulationBox {
+    /// A box as a script or data file gives it, `lo < hi`: shrink-wrapped sides are moved out by the margin, so that atoms on
+    /// them lie inside (LAMMPS doc page `boundary`).
+    pub fn new(lo: Vec3, hi: Vec3, sides: [[Side; 2]; 3]) -> Self {
+        let margin = SHRINK_MARGIN * (hi - lo);
+        let mut simulation_box = Self { lo, hi, sides, margin };
+        for axis in 0..3 {
+            if sides[axis][0] == Side::Shrink {
+                simulation_box.lo[axis] -= margin[axis];
+            }
+            if sides[axis][1] == Side::Shrink {
+                simulation_box.hi[axis] += margin[axis];
+            }
+        }
+        simulation_box
+    }
+
+    /// Whether some side follows the atoms.
+    pub fn shrinks(&self) -> bool {
+        self.sides.as_flattened().contains(&Side::Shrink)
+    }
+
+    /// Moves the shrink-wrapped sides to the outermost atoms plus the margin; without atoms nothing moves.
+    pub fn shrink_wrap(&mut self, positions: &[Vec3]) {
+        let Some(&first) = positions.first() else { return };
+        if !self.shrinks() {
+            return;
+        }
+        let (lo, hi) = positions.iter().fold((first, first), |(lo, hi), x| (lo.inf(x), hi.sup(x)));
+        for axis in 0..3 {
+            if self.sides[axis][0] == Side::Shrink {
+                self.lo[axis] = lo[axis] - self.margin[axis];
+            }
+            if self.sides[axis][1] == Side::Shrink {
+                self.hi[axis] = hi[axis] + self.margin[axis];
+            }
+        }
+    }
+
+    /// Is the position outside a free axis? (Particles there are lost at the next list build.)
+    pub fn beyond_fixed_side(&self, x: &Vec3) -> bool {
+        (0..3).any(|axis| !self.periodic(axis) && !(x[axis] >= self.lo[axis] && x[axis] < self.hi[axis]))
+    }
+
     pub fn periodic(&self, axis: usize) -> bool {
         self.sides[axis][0] == Side::Periodic
     }
@@ -54,21 +102,66 @@ impl SimulationBox {
     }
 }
 
+/// Farther out than this many edges, a position is brought back in one go, which costs its last bits.
+const FAR: f64 = 1.0e5;
+
 fn wrap_axis(x: &mut f64, image: &mut i32, lo: f64, hi: f64) {
     let edge = hi - lo;
-    // Far out (LAMMPS would lose such an atom): jump near the box first; one image more or less is settled below.
-    let far = ((*x - lo) / edge).floor();
-    if far.abs() > 4.0 && far.abs() < i32::MAX as f64 / 2.0 {
-        *x -= far * edge;
-        *image += far as i32;
+    let edges_away = ((*x - lo) / edge).floor();
+    if edges_away.abs() > FAR {
+        *x = lo + (*x - lo).rem_euclid(edge);
+        *image = image.saturating_add(edges_away as i32);
     }
-    while *x < lo {
-        *x = (*x + edge).max(lo);
-        *image -= 1;
+    if *x < lo {
+        while *x < lo {
+            *x += edge;
+            *image = image.saturating_sub(1);
+        }
+        *x = x.max(lo);
     }
+    // x a hair below lo is exactly hi now, and comes back to lo: both steps counted, as LAMMPS does.
     while *x >= hi {
         *x = (*x - edge).max(lo);
-        *image += 1;
+        *image = image.saturating_add(1);
     }
-    // x a hair below lo wraps to hi exactly in floating point, and back to lo: both steps counted, as LAMMPS does.
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shrink_wrapped_sides_follow_the_atoms() {
+        use Side::{Fixed, Periodic, Shrink};
+        let sides = [[Fixed, Shrink], [Shrink, Fixed], [Periodic, Periodic]];
+        let mut simulation_box = SimulationBox::new(Vec3::new(0.0, 1.0, 1.0), Vec3::new(3.0, 3.0, 3.0), sides);
+        // Bounds that LAMMPS 22Jul2025 reports for `boundary fs sf p`.
+        assert_eq!(simulation_box.lo, Vec3::new(0.0, 0.9998, 1.0));
+        assert_eq!(simulation_box.hi, Vec3::new(3.0003, 3.0, 3.0));
+        simulation_box.shrink_wrap(&[]);
+        assert_eq!(simulation_box.hi.x, 3.0003);
+        simulation_box.shrink_wrap(&[Vec3::new(1.0, 2.0, 2.0), Vec3::new(2.0, 1.5, 9.0)]);
+        assert_eq!(simulation_box.lo, Vec3::new(0.0, 1.4998, 1.0));
+        assert_eq!(simulation_box.hi, Vec3::new(2.0003, 3.0, 3.0));
+    }
+
+    #[test]
+    fn positions_wrap_from_any_number_of_edges_away() {
+        let periodic = [[Side::Periodic; 2]; 3];
+        let simulation_box = SimulationBox::new(Vec3::zeros(), Vec3::repeat(10.0), periodic);
+        let wrapped = |x: f64| {
+            let (mut x, mut image) = (Vec3::new(x, 1.0, 1.0), [5, 0, 0]);
+            simulation_box.wrap(&mut x, &mut image);
+            (x.x, image[0])
+        };
+        // Values LAMMPS 22Jul2025 reads from a data file.
+        assert_eq!(wrapped(12345.678), (5.677999999999884, 1239));
+        assert_eq!(wrapped(-13.3).1, 3);
+        assert!((wrapped(-13.3).0 - 6.7).abs() < 1e-14);
+        assert_eq!(wrapped(-1e-17), (0.0, 5));
+        assert_eq!(wrapped(10.0), (0.0, 6));
+        // Far out nothing hangs or overflows.
+        assert!((0.0..10.0).contains(&wrapped(1e300).0));
+        assert!((0.0..10.0).contains(&wrapped(-1e300).0));
+    }
 }

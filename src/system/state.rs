@@ -53,6 +53,12 @@ impl State {
         self.id.iter().copied().max().unwrap_or(0)
     }
 
+    /// Componentwise lowest and highest position; zeros for an empty state.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let first = self.x.first().copied().unwrap_or_default();
+        self.x.iter().fold((first, first), |(lo, hi), x| (lo.inf(x), hi.sup(x)))
+    }
+
     /// Storage indices in order of id.
     pub fn order_by_id(&self) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.len()).collect();

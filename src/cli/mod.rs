@@ -1,0 +1,211 @@
+//! The command line: each command a thin call into the library.
+
+mod info;
+mod neighbors;
+mod run;
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use miette::{GraphicalReportHandler, GraphicalTheme, ThemeCharacters, ThemeStyles};
+
+use crate::Error;
+use crate::neighbor::Search;
+use crate::script::InputError;
+use crate::session::{BackendChoice, Precision, Settings};
+
+/// Molecular dynamics of short-range pair forces from LAMMPS input scripts.
+#[derive(Parser)]
+#[command(name = "octant", version, about, max_term_width = 100)]
+struct Octant {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run a LAMMPS input script.
+    Run(RunArgs),
+    /// Parse and judge a whole script; run nothing.
+    Check(ScriptArgs),
+    /// Count the neighbors of every atom in a script's initial configuration.
+    Neighbors(NeighborArgs),
+    /// Version, devices, styles and trajectory formats.
+    Info,
+}
+
+/// A script and its variables.
+#[derive(Args)]
+struct ScriptArgs {
+    /// LAMMPS input script.
+    script: PathBuf,
+    /// Set an index variable before the script runs (as LAMMPS's -var does).
+    #[arg(short = 'v', long = "var", value_name = "NAME=VALUE", value_parser = variable)]
+    variables: Vec<(String, String)>,
+}
+
+#[derive(Args)]
+struct RunArgs {
+    #[command(flatten)]
+    script: ScriptArgs,
+    /// Engine to run on.
+    #[arg(long, value_enum, default_value_t)]
+    backend: BackendArg,
+    /// GPU to run on.
+    #[arg(long, value_name = "N")]
+    device: Option<u32>,
+    /// CPU threads; all cores by default.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Arithmetic; this version computes in double.
+    #[arg(long, value_enum, default_value_t = PrecisionArg::Double)]
+    precision: PrecisionArg,
+    /// Neighbor search; all give the same pairs.
+    #[arg(long, value_enum, default_value_t)]
+    search: SearchArg,
+    /// Log file.
+    #[arg(long, value_name = "FILE", default_value = "log.octant")]
+    log: PathBuf,
+    /// Write a report of the run as JSON.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Print what the engine was specialized to and what it left out.
+    #[arg(long)]
+    explain: bool,
+    /// Nothing on the screen; the log is written all the same.
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+#[derive(Args)]
+struct NeighborArgs {
+    #[command(flatten)]
+    script: ScriptArgs,
+    /// Neighbor search; all give the same pairs.
+    #[arg(long, value_enum, default_value_t)]
+    search: SearchArg,
+    /// Count within this distance instead of each pair's cutoff plus skin.
+    #[arg(long, value_name = "R", value_parser = radius)]
+    cutoff: Option<f64>,
+    /// Write "id neighbors" of every atom.
+    #[arg(long, value_name = "FILE")]
+    counts: Option<PathBuf>,
+    /// CPU threads; all cores by default.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+}
+
+#[derive(Clone, Copy, Default, ValueEnum)]
+enum BackendArg {
+    #[default]
+    Auto,
+    Cpu,
+    Cuda,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum PrecisionArg {
+    Single,
+    Mixed,
+    Double,
+}
+
+#[derive(Clone, Copy, Default, ValueEnum)]
+enum SearchArg {
+    #[default]
+    Trimmed,
+    Octant,
+    Standard,
+    Brute,
+}
+
+impl From<SearchArg> for Search {
+    fn from(search: SearchArg) -> Self {
+        Search::ALL[search as usize]
+    }
+}
+
+fn variable(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() => Ok((name.to_string(), value.to_string())),
+        _ => Err("expected NAME=VALUE".to_string()),
+    }
+}
+
+fn radius(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(r) if r > 0.0 && r.is_finite() => Ok(r),
+        _ => Err("expected a number above 0".to_string()),
+    }
+}
+
+impl RunArgs {
+    fn settings(self) -> (PathBuf, Settings) {
+        let settings = Settings {
+            variables: self.script.variables,
+            backend: match self.backend {
+                BackendArg::Auto => BackendChoice::Auto,
+                BackendArg::Cpu => BackendChoice::Cpu,
+                BackendArg::Cuda => BackendChoice::Cuda,
+            },
+            threads: self.threads.unwrap_or(0).into(),
+            precision: match self.precision {
+                PrecisionArg::Single => Precision::Single,
+                PrecisionArg::Mixed => Precision::Mixed,
+                PrecisionArg::Double => Precision::Double,
+            },
+            search: self.search.into(),
+            log: Some(self.log),
+            json: self.json,
+            explain: self.explain,
+            quiet: self.quiet,
+        };
+        (self.script.script, settings)
+    }
+}
+
+/// Runs the program; the exit code is 0 when done, 1 when the script or the run is at fault, 2 for a wrong command line, 130
+/// when the user interrupted.
+pub fn main() -> ExitCode {
+    let result = match Octant::parse().command {
+        Command::Run(args) => run::run(args),
+        Command::Check(args) => run::check(args),
+        Command::Neighbors(args) => neighbors::neighbors(args),
+        Command::Info => info::info(),
+    };
+    match result {
+        Ok(code) => code,
+        Err(error) => {
+            report(error);
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Prints an error: `ERROR: file:line:column: what is wrong`, below it the source line with carets.
+fn report(error: Error) {
+    eprintln!("ERROR: {error}");
+    if let Error::Input(error) = error {
+        eprint!("{}", picture(&error));
+    }
+}
+
+/// The source line with carets below the words at fault, and the help where there is some.
+fn picture(error: &InputError) -> String {
+    let styles = if std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none() {
+        ThemeStyles::ansi()
+    } else {
+        ThemeStyles::none()
+    };
+    let theme = GraphicalTheme { characters: ThemeCharacters::ascii(), styles };
+    let handler = GraphicalReportHandler::new_themed(theme).with_links(false).with_context_lines(0).with_width(200);
+    let mut text = String::new();
+    if handler.render_report(&mut text, error).is_err() {
+        return String::new();
+    }
+    // The report begins with the message, which stands above already.
+    let lines: Vec<&str> = text.lines().skip_while(|line| !line.contains(",-[")).collect();
+    lines.join("\n") + "\n"
+}

@@ -1,0 +1,61 @@
+//! What the step loop asks of an engine.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use super::fault::Fault;
+use super::observer::{Needs, NeighborStatistics, Sums};
+use super::program::Program;
+use crate::system::{SimulationBox, State};
+
+/// How far [`Backend::advance`] came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reached {
+    /// All steps asked for.
+    End,
+    /// The user interrupted; the step under way was finished.
+    Interrupted,
+}
+
+/// Wall seconds by stage, summed since [`Backend::load`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StageSeconds {
+    /// Pair forces.
+    pub pair: f64,
+    /// Check, wrap, sort, list.
+    pub neighbor: f64,
+    /// Fixes.
+    pub modify: f64,
+}
+
+/// An engine that owns the particles while a run lasts.
+pub trait Backend {
+    /// Name and device for the log, such as "cpu, 2 threads".
+    fn describe(&self) -> String;
+    /// Host threads it uses.
+    fn threads(&self) -> usize;
+    /// Takes the particles over; `step` is the number of the current step.
+    fn load(&mut self, program: Arc<Program>, state: &State, simulation_box: &SimulationBox, step: i64);
+    /// Set-up of a run: wrap, sort, list, forces. Statistics and times start from zero.
+    fn set_up(&mut self, needs: Needs) -> Result<(), Fault>;
+    /// Set-up without a new list or new forces (`run pre no`).
+    fn continue_run(&mut self);
+    /// Runs `steps` steps; what `needs` asks for is computed at the last of them.
+    fn advance(&mut self, steps: u64, needs: Needs, stop: &AtomicBool) -> Result<Reached, Fault>;
+    /// Number of the current step.
+    fn step(&self) -> i64;
+    /// Brings particles back in storage order.
+    fn fetch(&self, state: &mut State);
+    /// Sums of the current step; energy and virial as far as asked for.
+    fn sums(&mut self) -> Sums;
+    /// The box, which follows the particles where it shrink-wraps.
+    fn simulation_box(&self) -> &SimulationBox;
+    fn statistics(&self) -> NeighborStatistics;
+    fn seconds(&self) -> StageSeconds;
+    /// Neighbors of every particle within its neighbor cutoff at the last build, in storage order.
+    fn neighbor_counts(&self) -> Vec<u32>;
+    /// Bytes held for particles and lists.
+    fn bytes(&self) -> usize;
+    /// Particles removed since [`Backend::load`] because they left through a fixed side.
+    fn lost(&self) -> usize;
+}

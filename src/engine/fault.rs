@@ -1,0 +1,79 @@
+//! The dynamics went wrong: when, which particle, where, next to whom; and the last good state.
+
+use std::fmt;
+
+use crate::system::{SimulationBox, State, Vec3};
+
+/// What went wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaultKind {
+    /// A force is infinite or not a number.
+    Force,
+    /// A position or velocity is infinite or not a number.
+    Position,
+    /// A particle left through a fixed side, or moved further than the box is long between builds.
+    Lost,
+}
+
+/// A stop of the dynamics.
+#[derive(Clone, Debug)]
+pub struct Fault {
+    pub kind: FaultKind,
+    pub step: i64,
+    /// Atom id, the lowest where several are at fault.
+    pub id: u32,
+    /// Its position, length units.
+    pub position: Vec3,
+    /// How many particles are at fault.
+    pub count: usize,
+    /// Id of the nearest particle and its distance.
+    pub nearest: Option<(u32, f64)>,
+    /// The state at the last list build, if there was one.
+    pub last_good: Option<Box<GoodState>>,
+}
+
+/// A state from before things went wrong.
+#[derive(Clone, Debug)]
+pub struct GoodState {
+    pub step: i64,
+    pub state: State,
+    pub simulation_box: SimulationBox,
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let what = match self.kind {
+            FaultKind::Force => "non-finite force on",
+            FaultKind::Position => "non-finite position or velocity of",
+            FaultKind::Lost => "lost",
+        };
+        let p = &self.position;
+        write!(f, "step {}: {what} atom {} at ({}, {}, {})", self.step, self.id, p.x, p.y, p.z)?;
+        match self.nearest {
+            Some((id, distance)) => write!(f, "; nearest is atom {id} at distance {distance}")?,
+            None => write!(f, "; no other atom has a position")?,
+        }
+        match self.count {
+            0 | 1 => Ok(()),
+            n => write!(f, "; {n} atoms are at fault"),
+        }
+    }
+}
+
+impl std::error::Error for Fault {}
+
+/// Nearest other particle to `position` among those with finite positions, by minimum image.
+pub fn nearest(state: &State, simulation_box: &SimulationBox, id: u32, position: &Vec3) -> Option<(u32, f64)> {
+    let lengths = simulation_box.lengths();
+    let distance = |x: &Vec3| {
+        let mut d = x - position;
+        for axis in 0..3 {
+            if simulation_box.periodic(axis) && lengths[axis] > 0.0 {
+                d[axis] -= lengths[axis] * (d[axis] / lengths[axis]).round();
+            }
+        }
+        d.norm()
+    };
+    let others = state.id.iter().zip(&state.x).filter(|(other, _)| **other != id);
+    others.map(|(other, x)| (*other, distance(x))).filter(|(_, d)| d.is_finite()).min_by(|a, b| a.1.total_cmp(&b.1))
+}

@@ -1,0 +1,109 @@
+//! The step of a scene as data: what a backend has to know, and nothing of scripts.
+
+use crate::dynamics::Fix;
+use crate::neighbor::{Policy, Search};
+use crate::pair::PairTable;
+use crate::system::Units;
+
+/// What becomes of atoms that leave through a fixed side (`thermo_modify lost`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LostAtoms {
+    /// The run stops.
+    #[default]
+    Error,
+    /// They are removed, with a warning.
+    Warn,
+    /// They are removed.
+    Ignore,
+}
+
+/// When and how storage order is sorted in space (LAMMPS doc page `atom_modify`, keyword sort). Results do not depend on it,
+/// but the order of unsorted dumps and of `velocity ... loop local` does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StorageSort {
+    /// At a run's set-up and at the first list build after every so many steps.
+    pub every: i64,
+    /// Edge of the bins, length units; 0 for half the largest neighbor cutoff.
+    pub bin: f64,
+}
+
+/// Everything constant during a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Program {
+    pub units: Units,
+    pub pair: PairTable,
+    /// Masses by type (from 0), mass units.
+    pub masses: Vec<f64>,
+    /// In the order of the script.
+    pub fixes: Vec<Fix>,
+    /// Timestep, time units.
+    pub timestep: f64,
+    pub policy: Policy,
+    pub search: Search,
+    pub lost: LostAtoms,
+    /// `None`: storage order stays as it is.
+    pub storage_sort: Option<StorageSort>,
+}
+
+/// One stage of a step, in the order a backend runs them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// First half of fix number `0`.
+    Initial(usize),
+    /// Has a particle moved beyond half the skin?
+    Check,
+    /// Wrap, sort, list.
+    Build,
+    /// Pair forces.
+    Force,
+    /// Second half of fix number `0`.
+    Last(usize),
+}
+
+impl Program {
+    /// The stages of a step; what the scene lacks is not there.
+    pub fn stages(&self) -> Vec<Stage> {
+        let mut stages: Vec<Stage> = (0..self.fixes.len()).map(Stage::Initial).collect();
+        if !self.policy.once {
+            if self.policy.check {
+                stages.push(Stage::Check);
+            }
+            stages.push(Stage::Build);
+        }
+        stages.push(Stage::Force);
+        stages.extend((0..self.fixes.len()).map(Stage::Last));
+        stages
+    }
+
+    /// What the step does and what it leaves out, line by line.
+    pub fn explain(&self) -> Vec<String> {
+        let name = |stage: &Stage| match stage {
+            Stage::Initial(k) => format!("{} (first half)", self.fixes[*k].style),
+            Stage::Check => "displacement check".into(),
+            Stage::Build => "wrap, sort, list".into(),
+            Stage::Force => format!("{} forces", self.pair.style),
+            Stage::Last(k) => format!("{} (second half)", self.fixes[*k].style),
+        };
+        let stages: Vec<String> = self.stages().iter().map(name).collect();
+        let mut left_out = vec!["energy and virial on steps that print none"];
+        if self.pair.types == 1 {
+            left_out.push("look-up of coefficients by type (one type)");
+        }
+        if !self.pair.shift {
+            left_out.push("energy shift at the cutoff");
+        }
+        if !self.policy.check || self.policy.once {
+            left_out.push("displacement check");
+        }
+        if self.fixes.is_empty() {
+            left_out.push("motion (no fix)");
+        }
+        vec![format!("Step: {}", stages.join(" -> ")), format!("Left out: {}", left_out.join("; "))]
+    }
+
+    /// dt / 2 / mass for each type, in velocity per force.
+    pub fn half_kicks(&self) -> Vec<f64> {
+        let half = 0.5 * self.timestep * self.units.ftm2v;
+        self.masses.iter().map(|m| half / m).collect()
+    }
+}

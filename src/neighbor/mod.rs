@@ -1,0 +1,10 @@
+//! Neighbor search: octant cell grid, search variants, rebuild policy; shared by all backends.
+
+pub mod axis;
+pub mod cells;
+pub mod policy;
+pub mod search;
+
+pub use cells::{Cells, OCTANTS};
+pub use policy::{Decision, Policy};
+pub use search::{Grid, Run, Search};

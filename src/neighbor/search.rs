@@ -1,0 +1,145 @@
+//! The neighbor searches, one interface: which runs of sorted particles can hold the neighbors of an octant.
+//!
+//! All searches are one scheme with different axes: [`Search::Octant`] and [`Search::Trimmed`] look into the 2x2x2 cells on
+//! the particle's side, [`Search::Standard`] into all cells within R, [`Search::Brute`] is a single cell with its images.
+
+use std::fmt;
+
+use super::axis::{Axis, AxisRequest, Visit};
+use super::cells::{Cells, OCTANTS};
+use crate::system::{SimulationBox, Vec3};
+
+/// Which search builds the lists. All give the same pairs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Search {
+    /// Octant cells, only the octants that border on the particle's: 27 of 64, 27 R^3 of candidates.
+    #[default]
+    Trimmed,
+    /// Octant cells of edge 2R as in Morillo et al. 2015 (doi:10.2312/vriphys.20151339): 8 cells, 64 R^3.
+    Octant,
+    /// 27 cells of edge R (Green 2010).
+    Standard,
+    /// All pairs.
+    Brute,
+}
+
+impl Search {
+    /// Names on the command line, in the order of [`Search::ALL`].
+    pub const NAMES: [&'static str; 4] = ["trimmed", "octant", "standard", "brute"];
+    /// All searches.
+    pub const ALL: [Search; 4] = [Search::Trimmed, Search::Octant, Search::Standard, Search::Brute];
+
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+
+    /// The search of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::NAMES.iter().position(|n| *n == name).map(|k| Self::ALL[k])
+    }
+}
+
+/// Most cells along an axis: three such numbers and the octant make a 64-bit key.
+const MOST_CELLS: i64 = 1 << 20;
+
+/// A contiguous run of sorted particles that may hold neighbors, and the periodic image it is seen in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Run {
+    pub start: u32,
+    pub end: u32,
+    /// The particles stand at x + image * box lengths.
+    pub image: [i32; 3],
+}
+
+/// The grid: three axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    pub axes: [Axis; 3],
+}
+
+impl Grid {
+    /// Cuts the space that holds the particles. `low` and `high` bound them along free axes; periodic axes span the box.
+    pub fn new(search: Search, simulation_box: &SimulationBox, low: &Vec3, high: &Vec3, radius: f64) -> Self {
+        let axes = std::array::from_fn(|axis| {
+            let periodic = simulation_box.periodic(axis);
+            let (lo, hi) =
+                if periodic { (simulation_box.lo[axis], simulation_box.hi[axis]) } else { (low[axis], high[axis]) };
+            let (octant, edge) = match search {
+                Search::Trimmed => (Some(true), 2.0 * radius),
+                Search::Octant => (Some(false), 2.0 * radius),
+                Search::Standard => (None, radius),
+                Search::Brute => (None, f64::INFINITY),
+            };
+            Axis::new(&AxisRequest { lo, hi, periodic, radius, edge, octant, most_cells: MOST_CELLS })
+        });
+        Self { axes }
+    }
+
+    /// Number of cells, which may be far more than there are particles.
+    pub fn cells(&self) -> u64 {
+        self.axes.iter().map(|a| a.cells as u64).product()
+    }
+
+    /// Cell hash (X fastest) times 8 plus octant: the sort key of a particle.
+    #[inline]
+    pub fn key(&self, x: &Vec3) -> u64 {
+        let (cx, hx) = self.axes[0].locate(x.x);
+        let (cy, hy) = self.axes[1].locate(x.y);
+        let (cz, hz) = self.axes[2].locate(x.z);
+        self.hash([cx, cy, cz]) * OCTANTS as u64 + u64::from(hx | hy << 1 | hz << 2)
+    }
+
+    /// Equation 1 of Morillo et al.: `z ny nx + y nx + x`.
+    #[inline]
+    pub fn hash(&self, cell: [i64; 3]) -> u64 {
+        let [nx, ny] = [self.axes[0].cells as u64, self.axes[1].cells as u64];
+        (cell[2] as u64 * ny + cell[1] as u64) * nx + cell[0] as u64
+    }
+
+    /// Cell coordinates of a hash.
+    pub fn unhash(&self, hash: u64) -> [i64; 3] {
+        let [nx, ny] = [self.axes[0].cells as u64, self.axes[1].cells as u64];
+        [(hash % nx) as i64, (hash / nx % ny) as i64, (hash / nx / ny) as i64]
+    }
+
+    /// Collects the runs that can hold neighbors of the particles in `octant` of `cell`, in order of z, y, x.
+    /// Neighboring runs in the same image are merged.
+    pub fn runs(&self, cells: &Cells, cell: [i64; 3], octant: u8, runs: &mut Vec<Run>) {
+        runs.clear();
+        let half = |axis: usize| octant >> axis & 1;
+        self.axes[2].visits(cell[2], half(2), |z| {
+            self.axes[1].visits(cell[1], half(1), |y| {
+                self.axes[0].visits(cell[0], half(0), |x| {
+                    if let Some(k) = cells.find(self.hash([x.cell, y.cell, z.cell])) {
+                        octant_runs(cells, k, x, y, z, runs);
+                    }
+                });
+            });
+        });
+    }
+}
+
+/// "12 x 12 x 12 cells of edge 5.6".
+impl fmt::Display for Grid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [x, y, z] = self.axes.map(|a| a.cells);
+        let edges = self.axes.map(|a| a.edge);
+        write!(f, "{x} x {y} x {z} cells of edges {:.4}, {:.4}, {:.4}", edges[0], edges[1], edges[2])
+    }
+}
+
+/// Adds the wanted octants of occupied cell `k`: octants that follow each other in memory make one run.
+fn octant_runs(cells: &Cells, k: usize, x: Visit, y: Visit, z: Visit, runs: &mut Vec<Run>) {
+    let image = [x.image, y.image, z.image];
+    for octant in 0..OCTANTS {
+        let wanted = x.halves >> (octant & 1) & y.halves >> (octant >> 1 & 1) & z.halves >> (octant >> 2) & 1;
+        let (start, end) = cells.octant(k, octant);
+        if wanted == 0 || start == end {
+            continue;
+        }
+        match runs.last_mut() {
+            Some(last) if last.end == start && last.image == image => last.end = end,
+            _ => runs.push(Run { start, end, image }),
+        }
+    }
+}

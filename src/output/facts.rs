@@ -1,0 +1,41 @@
+//! What output needs to know of the scene beside the state.
+
+use crate::engine::Snapshot;
+use crate::system::Units;
+
+/// The scene as output sees it: constants of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneFacts {
+    pub units: &'static Units,
+    /// Mass of each type, mass units; index is type - 1.
+    pub masses: Vec<f64>,
+    /// Lattice spacings along x, y, z, length units; 1 where no lattice was defined.
+    pub lattice: [f64; 3],
+    /// A simulated time and the step it belongs to; `timestep` and `reset_timestep` move it.
+    pub time_origin: (f64, i64),
+    /// The step that `elaplong` counts from (`run ... start`), where it is not the first of the run.
+    pub counting_from: Option<i64>,
+}
+
+impl SceneFacts {
+    /// Facts of a scene whose time began at step 0 and that has no lattice.
+    pub fn new(units: &'static Units, masses: Vec<f64>) -> Self {
+        Self { units, masses, lattice: [1.0; 3], time_origin: (0.0, 0), counting_from: None }
+    }
+
+    /// Number of atom types.
+    pub fn types(&self) -> usize {
+        self.masses.len()
+    }
+
+    /// Mass of an atom type, from 1.
+    pub fn mass(&self, kind: u32) -> f64 {
+        (kind as usize).checked_sub(1).and_then(|k| self.masses.get(k)).copied().unwrap_or(0.0)
+    }
+
+    /// Simulated time, time units.
+    pub fn time(&self, snapshot: &Snapshot<'_>) -> f64 {
+        let (time, step) = self.time_origin;
+        time + (snapshot.step - step) as f64 * snapshot.timestep
+    }
+}

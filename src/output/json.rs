@@ -1,0 +1,118 @@
+//! The machine-readable report of a run (`--json`).
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::Path;
+
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+use super::{StageTimes, WrittenFile};
+use crate::Error;
+use crate::engine::NeighborStatistics;
+
+/// Everything a program may want to know of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Report {
+    /// Version of octant.
+    pub version: String,
+    /// How it was run: script, backend, precision, search, threads.
+    pub settings: BTreeMap<String, Value>,
+    pub atoms: u64,
+    /// Rows of the thermo tables of all runs, values by column header.
+    pub thermo: Vec<Map<String, Value>>,
+    pub neighbors: NeighborReport,
+    pub timing: TimingReport,
+    pub files: Vec<WrittenFile>,
+}
+
+/// The list at the end, and how often it was built in the last run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct NeighborReport {
+    /// Pairs, each once.
+    pub total: u64,
+    /// Pairs over atoms.
+    pub per_atom: f64,
+    pub builds: u64,
+    /// Null where dangerous builds are not checked for.
+    pub dangerous: Option<u64>,
+}
+
+impl NeighborReport {
+    pub fn new(statistics: &NeighborStatistics, atoms: usize) -> Self {
+        let per_atom = if atoms > 0 { statistics.pairs as f64 / atoms as f64 } else { 0.0 };
+        let NeighborStatistics { builds, dangerous, pairs, .. } = *statistics;
+        Self { total: pairs, per_atom, builds, dangerous }
+    }
+}
+
+/// Wall times over all runs, seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct TimingReport {
+    pub loop_s: f64,
+    pub steps_per_s: f64,
+    pub stages: StageTimes,
+}
+
+impl TimingReport {
+    pub fn new(loop_s: f64, steps: i64, stages: StageTimes) -> Self {
+        let steps_per_s = if loop_s > 0.0 { steps as f64 / loop_s } else { 0.0 };
+        Self { loop_s, steps_per_s, stages }
+    }
+}
+
+impl Report {
+    /// An empty report of this version.
+    pub fn new() -> Self {
+        Self { version: env!("CARGO_PKG_VERSION").to_string(), ..Self::default() }
+    }
+
+    /// Writes the report: under another name first, so that whoever finds it finds it whole.
+    pub fn write(&self, path: &Path) -> Result<(), Error> {
+        let mut unfinished = path.as_os_str().to_os_string();
+        unfinished.push(format!(".{}.tmp", std::process::id()));
+        let unfinished = Path::new(&unfinished);
+        let write = || -> std::io::Result<()> {
+            let mut file = std::io::BufWriter::new(std::fs::File::create(unfinished)?);
+            serde_json::to_writer_pretty(&mut file, self)?;
+            file.write_all(b"\n")?;
+            file.into_inner().map_err(|e| e.into_error())?.sync_all()?;
+            std::fs::rename(unfinished, path)
+        };
+        write().map_err(|e| {
+            // The error that matters is the one we have.
+            let _ = std::fs::remove_file(unfinished);
+            Error::file(path, "cannot write", e)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn is_written_whole_with_the_documented_names() {
+        let path = std::env::temp_dir().join(format!("octant-report-{}.json", std::process::id()));
+        let statistics = NeighborStatistics { builds: 3, dangerous: None, pairs: 10 };
+        let mut report = Report { atoms: 4, ..Report::new() };
+        report.neighbors = NeighborReport::new(&statistics, 4);
+        report.timing = TimingReport::new(2.0, 100, StageTimes { pair: 1.5, ..StageTimes::default() });
+        report.thermo.push(
+            [("Step".to_string(), Value::from(0)), ("Temp".to_string(), Value::from(f64::NAN))].into_iter().collect(),
+        );
+        report.files.push(WrittenFile { path: "a.dump".into(), format: "atom".into(), frames: 2, bytes: 99 });
+        report.write(&path).unwrap();
+        let read: Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+        assert_eq!(read["version"], env!("CARGO_PKG_VERSION"));
+        assert_eq!(read["neighbors"]["per_atom"], 2.5);
+        assert_eq!(read["neighbors"]["dangerous"], Value::Null);
+        assert_eq!(read["timing"]["steps_per_s"], 50.0);
+        assert_eq!(read["timing"]["stages"]["pair"], 1.5);
+        assert_eq!(read["thermo"][0]["Temp"], Value::Null);
+        assert_eq!(read["files"][0]["frames"], 2);
+        std::fs::remove_file(&path).unwrap();
+        let nowhere = path.join("below.json");
+        assert!(report.write(&nowhere).is_err());
+    }
+}

@@ -1,0 +1,56 @@
+//! Trajectories in the binary and text formats of the chemfiles library (<https://chemfiles.org>): dump styles `dcd`, `xtc`,
+//! `netcdf`, and `chemfiles`, which is ours. The only importer of the `chemfiles` crate, behind the feature of that name.
+
+use super::SceneFacts;
+use super::dump::SnapshotWriter;
+use crate::script::Complaint;
+use crate::script::command::dump::DumpCommand;
+
+#[cfg(feature = "chemfiles")]
+mod dcd;
+#[cfg(feature = "chemfiles")]
+mod warnings;
+#[cfg(feature = "chemfiles")]
+mod writer;
+
+/// A format that trajectories can be written in.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TrajectoryFormat {
+    pub name: String,
+    /// With its dot.
+    pub extension: Option<String>,
+    pub velocities: bool,
+}
+
+#[cfg(feature = "chemfiles")]
+pub(super) fn writer(command: &DumpCommand, facts: &SceneFacts) -> Result<Box<dyn SnapshotWriter>, Complaint> {
+    Ok(Box::new(writer::TrajectoryWriter::new(command, facts)?))
+}
+
+#[cfg(not(feature = "chemfiles"))]
+pub(super) fn writer(command: &DumpCommand, _: &SceneFacts) -> Result<Box<dyn SnapshotWriter>, Complaint> {
+    let why = "this build of octant has no chemfiles support; build with the default features";
+    Err(Complaint::new(command.style_word, why))
+}
+
+/// The formats of `dump ... chemfiles`, by name; none in a build without chemfiles.
+#[cfg(feature = "chemfiles")]
+pub fn trajectory_formats() -> Vec<TrajectoryFormat> {
+    let mut formats: Vec<TrajectoryFormat> = chemfiles::formats_list()
+        .into_iter()
+        .filter(|format| format.write && format.positions)
+        .map(|format| TrajectoryFormat {
+            name: format.name.to_string(),
+            extension: format.extension.map(str::to_string),
+            velocities: format.velocities,
+        })
+        .collect();
+    formats.sort_by(|a, b| a.name.cmp(&b.name));
+    formats
+}
+
+/// The formats of `dump ... chemfiles`, by name; none in a build without chemfiles.
+#[cfg(not(feature = "chemfiles"))]
+pub fn trajectory_formats() -> Vec<TrajectoryFormat> {
+    Vec::new()
+}

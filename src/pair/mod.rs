@@ -1,0 +1,107 @@
+//! Pair potentials: the trait a style implements, the registry of all styles, coefficients and mixing, truncation.
+//!
+//! A style is one file in `styles/` with a type `Style: PairStyle`; `build.rs` registers it.
+
+mod coefficients;
+mod table;
+pub mod truncation;
+
+pub use coefficients::{Mixing, PairCoefficients};
+pub use table::{PairTable, TypePair};
+
+use crate::real::Real;
+
+include!(concat!(env!("OUT_DIR"), "/pair_styles.rs"));
+
+/// What a pair does at one distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairValue<R> {
+    /// -U'(r) / r: times the vector from j to i it is the force on i.
+    pub force_over_r: R,
+    /// U(r).
+    pub energy: R,
+}
+
+/// How a coefficient of unlike types follows from those of like types (LAMMPS doc page `pair_modify`, keyword mix).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mix {
+    /// As an energy (the square root of the product, or the sixth-power rule).
+    Energy,
+    /// As a distance.
+    Distance,
+    /// Not at all: unlike pairs must be set by `pair_coeff`.
+    Never,
+}
+
+/// One number of `pair_coeff`, after the two types.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coefficient {
+    pub name: &'static str,
+    /// Dimension in words, such as "energy".
+    pub unit: &'static str,
+    pub mix: Mix,
+    /// Smallest value that makes sense, if there is one.
+    pub least: Option<f64>,
+}
+
+/// A pair potential of the distance alone.
+pub trait PairStyle: Send + Sync + 'static {
+    /// Name in the `pair_style` command.
+    const NAME: &'static str;
+    /// U(r) in words for `octant info`.
+    const FORMULA: &'static str;
+    /// What `pair_coeff` takes after the types; an optional cutoff (length) follows them.
+    const COEFFICIENTS: &'static [Coefficient];
+    /// Constants of one pair of types, worked out once.
+    type Params<R: Real>: Copy + Send + Sync + 'static;
+
+    /// Constants from the coefficients, in the order of [`PairStyle::COEFFICIENTS`].
+    fn params(coefficients: &[f64]) -> Self::Params<f64>;
+    /// The same constants in another arithmetic.
+    fn cast<R: Real>(params: &Self::Params<f64>) -> Self::Params<R>;
+    /// The untruncated formula at squared distance `r2`.
+    fn eval<R: Real>(r2: R, params: &Self::Params<R>) -> PairValue<R>;
+}
+
+/// Something to be done for one style, whose type is chosen by its name.
+pub trait StyleVisitor {
+    type Output;
+    fn visit<S: PairStyle>(self) -> Self::Output;
+}
+
+/// Calls the visitor with the style of that name; `None` where there is none.
+pub fn with_style<V: StyleVisitor>(name: &str, visitor: V) -> Option<V::Output> {
+    macro_rules! try_style {
+        ($style:ty) => {
+            if name == <$style as PairStyle>::NAME {
+                return Some(visitor.visit::<$style>());
+            }
+        };
+    }
+    for_each!(try_style);
+    None
+}
+
+/// What `octant info` and error messages say of a style.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StyleInfo {
+    pub name: &'static str,
+    pub formula: &'static str,
+    pub coefficients: &'static [Coefficient],
+}
+
+/// All registered styles.
+pub fn styles() -> Vec<StyleInfo> {
+    let mut all = Vec::new();
+    macro_rules! describe {
+        ($style:ty) => {
+            all.push(StyleInfo {
+                name: <$style as PairStyle>::NAME,
+                formula: <$style as PairStyle>::FORMULA,
+                coefficients: <$style as PairStyle>::COEFFICIENTS,
+            })
+        };
+    }
+    for_each!(describe);
+    all
+}

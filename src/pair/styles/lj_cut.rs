@@ -1,0 +1,56 @@
+//! `pair_style lj/cut`: U(r) = 4 epsilon ((sigma/r)^12 - (sigma/r)^6) for r < cutoff (LAMMPS doc page `pair_lj_cut`).
+
+use crate::pair::{Coefficient, Mix, PairStyle, PairValue};
+use crate::real::Real;
+
+/// Lennard-Jones 12-6.
+pub struct Style;
+
+/// Prefactors of r^-12 and r^-6 in force and energy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Params<R> {
+    pub force12: R,
+    pub force6: R,
+    pub energy12: R,
+    pub energy6: R,
+}
+
+impl PairStyle for Style {
+    const NAME: &'static str = "lj/cut";
+    const FORMULA: &'static str = "4 epsilon ((sigma/r)^12 - (sigma/r)^6)";
+    const COEFFICIENTS: &'static [Coefficient] = &[
+        Coefficient { name: "epsilon", unit: "energy", mix: Mix::Energy, least: None },
+        Coefficient { name: "sigma", unit: "length", mix: Mix::Distance, least: None },
+    ];
+    type Params<R: Real> = Params<R>;
+
+    fn params(c: &[f64]) -> Params<f64> {
+        let (epsilon, sigma) = (c[0], c[1]);
+        let (sigma6, sigma12) = (sigma.powf(6.0), sigma.powf(12.0));
+        Params {
+            force12: 48.0 * epsilon * sigma12,
+            force6: 24.0 * epsilon * sigma6,
+            energy12: 4.0 * epsilon * sigma12,
+            energy6: 4.0 * epsilon * sigma6,
+        }
+    }
+
+    fn cast<R: Real>(p: &Params<f64>) -> Params<R> {
+        Params {
+            force12: R::constant(p.force12),
+            force6: R::constant(p.force6),
+            energy12: R::constant(p.energy12),
+            energy6: R::constant(p.energy6),
+        }
+    }
+
+    #[inline(always)]
+    fn eval<R: Real>(r2: R, p: &Params<R>) -> PairValue<R> {
+        let s = r2.recip();
+        let s3 = s * s * s;
+        PairValue {
+            force_over_r: s3 * (p.force12 * s3 - p.force6) * s,
+            energy: s3 * (p.energy12 * s3 - p.energy6),
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! The number type of formulas: a formula written once over [`Real`] serves every engine and the tests.
+//!
+//! `f64` is the reference, `f32` the arithmetic of the faster precisions, [`Dual`] carries a derivative so that each
+//! force can be tested against its energy. Formulas are branch-free: choices go through [`Real::select`], so that types
+//! that hold many values at once (SIMD lanes) or none (recorded expressions) fit the same trait.
+
+mod dual;
+
+pub use dual::Dual;
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// What a formula may do with a number.
+pub trait Real:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + Send
+    + Sync
+    + 'static
+{
+    /// Outcome of a comparison: one truth value for each number held.
+    type Mask: Copy;
+
+    /// The same constant everywhere.
+    fn constant(value: f64) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Natural exponential.
+    fn exp(self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
+    /// Where `self < other`.
+    fn less(self, other: Self) -> Self::Mask;
+    /// `yes` where the mask holds, `no` elsewhere; both are evaluated.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+
+    /// Reciprocal.
+    fn recip(self) -> Self {
+        Self::constant(1.0) / self
+    }
+}
+
+macro_rules! scalar_real {
+    ($t:ident) => {
+        impl Real for $t {
+            type Mask = bool;
+            fn constant(value: f64) -> Self {
+                value as $t
+            }
+            fn sqrt(self) -> Self {
+                $t::sqrt(self)
+            }
+            fn exp(self) -> Self {
+                $t::exp(self)
+            }
+            fn ln(self) -> Self {
+                $t::ln(self)
+            }
+            fn less(self, other: Self) -> bool {
+                self < other
+            }
+            fn select(mask: bool, yes: Self, no: Self) -> Self {
+                if mask { yes } else { no }
+            }
+        }
+    };
+}
+
+scalar_real!(f64);
+scalar_real!(f32);

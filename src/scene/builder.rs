@@ -1,0 +1,268 @@
+//! The scene while a script is read: every command changes it or is refused.
+
+use super::{CreateContext, Groups, Lattice, Regions, VelocityContext};
+use crate::dynamics::{Fix, parse_fix};
+use crate::engine::{LostAtoms, Program, StorageSort};
+use crate::neighbor::{Policy, Search};
+use crate::pair::PairCoefficients;
+use crate::script::command::{create_atoms, create_box, group, lattice, mass, region, velocity};
+use crate::script::{Args, Complaint, Name};
+use crate::system::{Side, SimulationBox, State, Units, Vec3};
+
+/// Lines for the log.
+pub type Messages = Vec<String>;
+
+/// Everything a script has said so far, and the particles.
+#[derive(Clone, Debug)]
+pub struct SceneBuilder {
+    pub units: &'static Units,
+    pub sides: [[Side; 2]; 3],
+    pub lattice: Option<Lattice>,
+    pub regions: Regions,
+    pub groups: Groups,
+    pub space: Option<SimulationBox>,
+    /// By type from 0.
+    pub masses: Vec<Option<f64>>,
+    pub state: State,
+    pub pair: Option<PairCoefficients>,
+    pub policy: Policy,
+    pub fixes: Vec<Fix>,
+    /// Time units.
+    pub timestep: f64,
+    pub step: i64,
+    /// Simulated time at some step: `timestep` and `reset_timestep` move it.
+    pub time_origin: (f64, i64),
+    pub lost: LostAtoms,
+    pub storage_sort: Option<StorageSort>,
+}
+
+impl Default for SceneBuilder {
+    fn default() -> Self {
+        let units = &crate::system::units::UNITS[0];
+        Self {
+            units,
+            sides: [[Side::Periodic; 2]; 3],
+            lattice: None,
+            regions: Regions::default(),
+            groups: Groups::default(),
+            space: None,
+            masses: Vec::new(),
+            state: State::default(),
+            pair: None,
+            policy: Policy::new(units.skin),
+            fixes: Vec::new(),
+            timestep: units.timestep,
+            step: 0,
+            time_origin: (0.0, 0),
+            lost: LostAtoms::default(),
+            storage_sort: Some(StorageSort { every: 1000, bin: 0.0 }),
+        }
+    }
+}
+
+impl SceneBuilder {
+    /// The box, or a complaint that the command comes too early.
+    pub fn space(&self) -> Result<&SimulationBox, Complaint> {
+        self.space.as_ref().ok_or_else(|| {
+            Complaint::new(0, "there is no simulation box yet").with_help("create_box or read_data makes one")
+        })
+    }
+
+    /// Refuses commands that must come before the box.
+    pub fn before_box(&self) -> Result<(), Complaint> {
+        match self.space {
+            None => Ok(()),
+            Some(_) => Err(Complaint::new(0, "must come before the simulation box is created")),
+        }
+    }
+
+    /// `units`.
+    pub fn set_units(&mut self, units: &'static Units) -> Result<(), Complaint> {
+        self.before_box()?;
+        self.units = units;
+        self.timestep = units.timestep;
+        self.policy.skin = units.skin;
+        Ok(())
+    }
+
+    /// `lattice`.
+    pub fn lattice(&mut self, command: &lattice::LatticeCommand) -> Result<Messages, Complaint> {
+        let lattice = Lattice::new(command, self.units)?;
+        let s = lattice.spacing();
+        let line = format!("Lattice spacing in x,y,z = {} {} {}", g8(s.x), g8(s.y), g8(s.z));
+        self.lattice = Some(lattice);
+        Ok(vec![line])
+    }
+
+    /// `region`.
+    pub fn region(&mut self, command: &region::RegionCommand) -> Result<Messages, Complaint> {
+        self.regions.apply(command, self.lattice.as_ref(), self.space.as_ref())?;
+        Ok(Messages::new())
+    }
+
+    /// `create_box`.
+    pub fn create_box(&mut self, command: &create_box::CreateBoxCommand) -> Result<Messages, Complaint> {
+        if self.space.is_some() {
+            return Err(Complaint::new(0, "there is a simulation box already"));
+        }
+        let region = self.regions.find(&command.region)?;
+        let (space, types) = super::create_box(command, region, self.sides)?;
+        // As the region has it: shrink-wrapped sides keep their distance from it.
+        let line = region.bounds().map(|[lo, hi]| format!("Created {}", describe_bounds(&lo, &hi)));
+        self.set_box(space, types);
+        Ok(line.into_iter().collect())
+    }
+
+    /// Puts the box in place, for `types` atom types.
+    pub fn set_box(&mut self, space: SimulationBox, types: usize) {
+        self.space = Some(space);
+        self.masses = vec![None; types];
+        if let Some(pair) = &mut self.pair {
+            pair.set_types(types);
+        }
+    }
+
+    /// `create_atoms`.
+    pub fn create_atoms(&mut self, command: &create_atoms::CreateAtomsCommand) -> Result<Messages, Complaint> {
+        let space = self.space()?.clone();
+        let context = CreateContext {
+            lattice: self.lattice.as_ref(),
+            regions: &self.regions,
+            simulation_box: &space,
+            types: self.masses.len(),
+        };
+        let created = super::create_atoms(command, &context, &mut self.state)?;
+        let units = if command.lattice_units { "lattice" } else { "box" };
+        Ok(vec![format!("Created {created} atoms"), format!("  using {units} units in {}", describe_box(&space))])
+    }
+
+    /// `mass`.
+    pub fn mass(&mut self, command: &mass::MassCommand) -> Result<Messages, Complaint> {
+        self.space()?;
+        super::mass::set_mass(command, &mut self.masses)?;
+        Ok(Messages::new())
+    }
+
+    /// `group`.
+    pub fn group(&mut self, command: &group::GroupCommand) -> Result<Messages, Complaint> {
+        self.space()?;
+        if command.action == group::GroupAction::Delete
+            && let Some(fix) = self.fixes.iter().find(|f| Some(f.group) == self.groups.get(&command.name.text))
+        {
+            return Err(Complaint::new(1, format!("fix {} still uses the group", fix.id)));
+        }
+        let count = self.groups.apply(command, &mut self.state, &self.regions)?;
+        Ok(vec![format!("{count} atoms in group {}", command.name.text)])
+    }
+
+    /// `velocity`.
+    pub fn velocity(&mut self, command: &velocity::VelocityCommand) -> Result<Messages, Complaint> {
+        let mut state = std::mem::take(&mut self.state);
+        let changed = self.space().and_then(|space| {
+            let context = VelocityContext {
+                groups: &self.groups,
+                masses: &self.masses,
+                lattice: self.lattice.as_ref(),
+                simulation_box: space,
+                units: self.units,
+            };
+            super::velocity(command, &context, &mut state)
+        });
+        self.state = state;
+        changed?;
+        Ok(Messages::new())
+    }
+
+    /// `fix ID GROUP STYLE ...`; `args` stands behind the style.
+    pub fn fix(&mut self, id: &Name, group: &Name, style: &Name, args: &mut Args<'_>) -> Result<Messages, Complaint> {
+        self.space()?;
+        let group = self.groups.find(group)?;
+        let Some(parsed) = parse_fix(&style.text, args) else {
+            let names: Vec<_> = crate::dynamics::fixes().iter().map(|f| f.0).collect();
+            let message = format!("fix style '{}' is not part of octant; available: {}", style.text, names.join(", "));
+            return Err(Complaint::new(style.word, message));
+        };
+        let (style_name, parameters) = parsed?;
+        let fix = Fix { id: id.text.clone(), style: style_name, group, parameters };
+        match self.fixes.iter_mut().find(|f| f.id == fix.id) {
+            Some(old) if old.style != style_name => {
+                return Err(Complaint::new(id.word, format!("fix ID '{}' is in use by another style", fix.id)));
+            }
+            Some(old) => *old = fix,
+            None => self.fixes.push(fix),
+        }
+        Ok(Messages::new())
+    }
+
+    /// `unfix ID`.
+    pub fn unfix(&mut self, id: &Name) -> Result<Messages, Complaint> {
+        let Some(place) = self.fixes.iter().position(|f| f.id == id.text) else {
+            let known: Vec<_> = self.fixes.iter().map(|f| f.id.as_str()).collect();
+            let known =
+                if known.is_empty() { "there is none".into() } else { format!("defined: {}", known.join(", ")) };
+            return Err(Complaint::new(id.word, format!("expected a fix ID, got '{}' ({known})", id.text)));
+        };
+        self.fixes.remove(place);
+        Ok(Messages::new())
+    }
+
+    /// `timestep`: time so far stays what it was.
+    pub fn set_timestep(&mut self, timestep: f64) {
+        self.time_origin = (self.time(), self.step);
+        self.timestep = timestep;
+    }
+
+    /// `reset_timestep`: unless a time is given, it is the new step times the timestep.
+    pub fn reset_step(&mut self, step: i64, time: Option<f64>) {
+        self.step = step;
+        self.time_origin = (time.unwrap_or(step as f64 * self.timestep), step);
+    }
+
+    /// Simulated time, time units.
+    pub fn time(&self) -> f64 {
+        self.time_origin.0 + (self.step - self.time_origin.1) as f64 * self.timestep
+    }
+
+    /// Freezes what a run needs; also the numbers of mixed and mixable pairs. The complaint names what is missing.
+    pub fn program(&self, search: Search) -> Result<(Program, usize, usize), Complaint> {
+        self.space()?;
+        let Some(pair) = &self.pair else {
+            return Err(Complaint::new(0, "there is no pair_style"));
+        };
+        if self.state.is_empty() {
+            return Err(Complaint::new(0, "there are no atoms").with_help("create_atoms or read_data makes them"));
+        }
+        let masses = super::mass::all_masses(&self.masses).map_err(|m| Complaint::new(0, m))?;
+        let (table, mixed, mixable) = pair.complete().map_err(|m| Complaint::new(0, m))?;
+        if table.largest_cutoff() <= 0.0 {
+            return Err(Complaint::new(0, "all pair cutoffs are 0"));
+        }
+        let program = Program {
+            units: *self.units,
+            pair: table,
+            masses,
+            fixes: self.fixes.clone(),
+            timestep: self.timestep,
+            policy: self.policy,
+            search,
+            lost: self.lost,
+            storage_sort: self.storage_sort,
+        };
+        Ok((program, mixed, mixable))
+    }
+}
+
+/// `%.8g`, LAMMPS's way of printing lengths in the log.
+pub fn g8(x: f64) -> String {
+    crate::output::printf::format_g(x, 0, 8, false)
+}
+
+/// "orthogonal box = (0 0 0) to (1 1 1)".
+pub fn describe_box(space: &SimulationBox) -> String {
+    describe_bounds(&space.lo, &space.hi)
+}
+
+fn describe_bounds(lo: &Vec3, hi: &Vec3) -> String {
+    let point = |p: &Vec3| format!("({} {} {})", g8(p.x), g8(p.y), g8(p.z));
+    format!("orthogonal box = {} to {}", point(lo), point(hi))
+}

@@ -1,0 +1,424 @@
+//! What each command does to the session, in both passes.
+
+use std::fs::OpenOptions;
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::environment::facts;
+use super::run::{Outcome, RunError, run, steps};
+use super::{DumpSetup, Live, ScriptState, data};
+use crate::Error;
+use crate::engine::{LostAtoms, StorageSort};
+use crate::output::{Console, DumpObserver, Echo, SceneFacts, ThermoTable, check_writable, open_dump};
+use crate::pair::{Mixing, PairCoefficients};
+use crate::scene::builder::Messages;
+use crate::scene::type_range::type_range;
+use crate::script::command::{
+    Command, FixCommand, LogCommand, NeighModifyCommand, PairCoeffCommand, PairModifyCommand, PairStyleCommand,
+    PrintCommand, thermo,
+};
+use crate::script::{Complaint, Name, Statement, parse_number};
+
+/// Who carries a command out.
+pub enum Pass<'a, 'b> {
+    /// The script is judged: nothing runs, no file is written.
+    Judging(&'a mut Console),
+    Live(&'a mut Live<'b>),
+}
+
+impl Pass<'_, '_> {
+    fn console(&mut self) -> &mut Console {
+        match self {
+            Pass::Judging(console) => console,
+            Pass::Live(live) => &mut live.console,
+        }
+    }
+}
+
+/// What follows a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Done {
+    Next,
+    Interrupted,
+}
+
+/// Carries a command out.
+pub fn carry_out(
+    script: &mut ScriptState,
+    statement: &Statement,
+    command: &Command,
+    mut pass: Pass<'_, '_>,
+) -> Result<Done, Error> {
+    match command {
+        Command::Run(command) => {
+            let done = match pass {
+                Pass::Judging(_) => script.judge_run(command).map(|()| Done::Next).map_err(RunError::Complaint),
+                Pass::Live(live) => run(script, live, command).map(|outcome| match outcome {
+                    Outcome::Finished => Done::Next,
+                    Outcome::Interrupted => Done::Interrupted,
+                }),
+            };
+            return done.map_err(|error| match error {
+                RunError::Complaint(complaint) => statement.complain(complaint).into(),
+                RunError::Error(error) => error,
+            });
+        }
+        Command::ReadData(command) => {
+            for line in data::read(script, statement, command)? {
+                pass.console().line(&line);
+            }
+        }
+        Command::WriteData(command) => {
+            if let Pass::Live(_) = pass {
+                data::write(script, statement, command)?;
+            } else {
+                let path = command.path_at(script.scene.step);
+                let writable = check_writable(&path).map_err(|m| Complaint::new(1, m));
+                writable.map_err(|c| statement.complain(c))?;
+                data::judge_write(script).map_err(|c| statement.complain(c))?;
+            }
+        }
+        Command::Log(command) => log(command, pass.console()).map_err(|e| match e {
+            Error::File { path, source, .. } => {
+                let message = format!("cannot write {}: {source}", path.display());
+                statement.complain(Complaint::new(1, message)).into()
+            }
+            other => other,
+        })?,
+        Command::Undump(command) => {
+            script.undump(&command.id).map_err(|c| statement.complain(c))?;
+            if let Pass::Live(live) = pass {
+                live.close_dump(&command.id.text)?;
+            }
+        }
+        Command::DumpModify(command) => {
+            script.modify_dump(command).map_err(|c| statement.complain(c))?;
+            if let Pass::Live(live) = pass
+                && let Some((_, open)) = live.dumps.iter_mut().find(|(id, _)| *id == command.id.text)
+            {
+                open.modify(command).map_err(|c| statement.complain(c))?;
+            }
+        }
+        Command::Print(command) => {
+            let live = matches!(pass, Pass::Live(_));
+            print(command, pass.console(), live).map_err(|c| statement.complain(c))?;
+        }
+        Command::Echo(command) => {
+            pass.console().set_echo(match (command.screen, command.log) {
+                (false, false) => Echo::None,
+                (true, false) => Echo::Screen,
+                (false, true) => Echo::Log,
+                (true, true) => Echo::Both,
+            });
+        }
+        other => {
+            let lines = script.apply(statement, other).map_err(|c| statement.complain(c))?;
+            for line in lines {
+                pass.console().line(&line);
+            }
+        }
+    }
+    Ok(Done::Next)
+}
+
+fn log(command: &LogCommand, console: &mut Console) -> Result<(), Error> {
+    match &command.file {
+        Some(file) => console.open_log(Path::new(&file.text), command.append),
+        None => {
+            console.close_log();
+            Ok(())
+        }
+    }
+}
+
+fn print(command: &PrintCommand, console: &mut Console, live: bool) -> Result<(), Complaint> {
+    if command.screen {
+        console.line(&command.text)
+    } else {
+        console.log_only(&command.text)
+    }
+    let Some((file, append)) = &command.file else { return Ok(()) };
+    if !live {
+        return check_writable(&file.text).map_err(|m| Complaint::new(file.word, m));
+    }
+    let opened = OpenOptions::new().create(true).write(true).append(*append).truncate(!append).open(&file.text);
+    let written = opened.and_then(|mut f| writeln!(f, "{}", command.text));
+    written.map_err(|e| Complaint::new(file.word, format!("cannot write '{}': {e}", file.text)))
+}
+
+impl ScriptState {
+    /// Commands that only change the scene, and what they print.
+    fn apply(&mut self, statement: &Statement, command: &Command) -> Result<Messages, Complaint> {
+        let scene = &mut self.scene;
+        let nothing = Ok(Messages::new());
+        // Commands that change particles or forces make the sums of the last run stale.
+        let leaves_particles = matches!(
+            command,
+            Command::Thermo(_)
+                | Command::ThermoStyle(_)
+                | Command::ThermoModify(_)
+                | Command::Dump(_)
+                | Command::Region(_)
+                | Command::Lattice(_)
+                | Command::Group(_)
+        );
+        if !leaves_particles {
+            self.last_run = None;
+            self.continues = false;
+        }
+        match command {
+            Command::Units(c) => {
+                scene.set_units(c.units)?;
+                self.thermo = ThermoTable::new(&self.thermo_style, c.units);
+                nothing
+            }
+            Command::AtomStyle(_) | Command::Dimension(_) => scene.before_box().and(nothing),
+            Command::AtomModify(c) => {
+                if let Some((every, bin)) = c.sort {
+                    scene.storage_sort = (every > 0).then_some(StorageSort { every, bin });
+                }
+                nothing
+            }
+            Command::Boundary(c) => {
+                scene.before_box()?;
+                scene.sides = c.sides;
+                nothing
+            }
+            Command::Newton(c) if c.pair => nothing,
+            Command::Newton(_) => {
+                Err(Complaint::new(1, "newton off is not part of octant, which has full lists anyway"))
+            }
+            Command::Lattice(c) => scene.lattice(c),
+            Command::Region(c) => scene.region(c),
+            Command::CreateBox(c) => scene.create_box(c),
+            Command::CreateAtoms(c) => scene.create_atoms(c),
+            Command::Mass(c) => scene.mass(c),
+            Command::Group(c) => scene.group(c),
+            Command::Velocity(c) => scene.velocity(c),
+            Command::PairStyle(c) => self.pair_style(c),
+            Command::PairCoeff(c) => self.pair_coeff(c),
+            Command::PairModify(c) => self.pair_modify(c),
+            Command::Neighbor(c) => {
+                scene.policy.skin = c.skin;
+                nothing
+            }
+            Command::NeighModify(c) => self.neigh_modify(c),
+            Command::Fix(FixCommand { id, group, style, .. }) => {
+                let mut args = statement.args_from(style.word + 1);
+                scene.fix(id, group, style, &mut args)
+            }
+            Command::Unfix(c) => scene.unfix(&c.id),
+            Command::Timestep(c) => {
+                scene.set_timestep(c.timestep);
+                nothing
+            }
+            Command::ResetTimestep(c) => {
+                scene.reset_step(c.step, c.time);
+                nothing
+            }
+            Command::Thermo(c) => {
+                self.thermo_every = c.every;
+                nothing
+            }
+            Command::ThermoStyle(c) => {
+                for (name, word) in ThermoTable::variables(c) {
+                    if !self.interpreter.has_variable(name) {
+                        return Err(Complaint::new(word, format!("undefined variable '{name}'")));
+                    }
+                }
+                self.thermo = ThermoTable::new(c, scene.units);
+                self.thermo_style = c.clone();
+                nothing
+            }
+            Command::ThermoModify(c) => {
+                self.thermo.modify(c)?;
+                scene.lost = match self.thermo.lost() {
+                    thermo::LostAtoms::Error => LostAtoms::Error,
+                    thermo::LostAtoms::Warn => LostAtoms::Warn,
+                    thermo::LostAtoms::Ignore => LostAtoms::Ignore,
+                };
+                nothing
+            }
+            Command::Dump(c) => {
+                scene.space()?;
+                let group = scene.groups.find(&c.group)?;
+                if self.dumps.iter().any(|d| d.command.id == c.id) {
+                    return Err(Complaint::new(c.id.word, format!("dump ID '{}' is in use", c.id.text)));
+                }
+                let setup = DumpSetup { command: c.clone(), changes: Vec::new(), group };
+                setup.open(Arc::new(facts(scene)))?;
+                self.dumps.push(setup);
+                nothing
+            }
+            Command::Run(_)
+            | Command::ReadData(_)
+            | Command::WriteData(_)
+            | Command::Log(_)
+            | Command::Undump(_)
+            | Command::DumpModify(_)
+            | Command::Print(_)
+            | Command::Echo(_) => nothing,
+        }
+    }
+
+    /// Judges a run: everything it needs is there; time passes, nothing moves.
+    fn judge_run(&mut self, command: &crate::script::command::RunCommand) -> Result<(), Complaint> {
+        let (_, last) = steps(command, self.scene.step)?;
+        self.scene.program(crate::neighbor::Search::default())?;
+        self.scene.step = last;
+        self.judged_run = true;
+        Ok(())
+    }
+
+    fn pair_style(&mut self, command: &PairStyleCommand) -> Result<Messages, Complaint> {
+        let name = &command.style;
+        let cutoff = match command.args.as_slice() {
+            [one] => number(one, "a cutoff")?,
+            [] => return Err(Complaint::new(name.word, "expected a cutoff, got the end of the line")),
+            [_, more, ..] => {
+                return Err(Complaint::new(more.word, format!("expected the end of the line, got '{}'", more.text)));
+            }
+        };
+        if cutoff <= 0.0 {
+            let word = &command.args[0];
+            return Err(Complaint::new(word.word, format!("expected a cutoff above 0, got '{}'", word.text)));
+        }
+        match &mut self.scene.pair {
+            Some(pair) if pair.style().name == name.text => pair.reset_cutoff(cutoff),
+            _ => {
+                let pair = PairCoefficients::new(&name.text, cutoff, self.scene.masses.len());
+                self.scene.pair = Some(pair.map_err(|m| Complaint::new(name.word, m))?);
+            }
+        }
+        Ok(Messages::new())
+    }
+
+    fn pair_coeff(&mut self, command: &PairCoeffCommand) -> Result<Messages, Complaint> {
+        self.scene.space()?;
+        let types = self.scene.masses.len();
+        let pair = self.scene.pair.as_mut().ok_or_else(|| Complaint::new(0, "there is no pair_style yet"))?;
+        let range = |name: &Name| type_range(name, types).map(|r| (*r.start() as usize, *r.end() as usize));
+        let (rows, columns) = (range(&command.first)?, range(&command.second)?);
+        let words: Vec<&str> = command.args.iter().map(|n| n.text.as_str()).collect();
+        pair.set(rows, columns, &words).map_err(|(at, message)| {
+            Complaint::new(command.args.get(at).map_or(command.second.word, |n| n.word), message)
+        })?;
+        Ok(Messages::new())
+    }
+
+    fn pair_modify(&mut self, command: &PairModifyCommand) -> Result<Messages, Complaint> {
+        let pair = self.scene.pair.as_mut().ok_or_else(|| Complaint::new(0, "there is no pair_style yet"))?;
+        let mut words = command.args.iter();
+        while let Some(keyword) = words.next() {
+            let value = words.next().ok_or_else(|| {
+                Complaint::new(
+                    keyword.word,
+                    format!("expected a value for '{}', got the end of the line", keyword.text),
+                )
+            })?;
+            match keyword.text.as_str() {
+                "shift" => pair.shift = yes_no(value)?,
+                "mix" => {
+                    let rule = Mixing::NAMES.iter().position(|n| *n == value.text);
+                    let message = || format!("expected {}, got '{}'", Mixing::NAMES.join(", "), value.text);
+                    pair.mixing = Mixing::ALL[rule.ok_or_else(|| Complaint::new(value.word, message()))?];
+                }
+                "tail" | "table" | "table/disp" | "tabinner" | "tabinner/disp" | "compute" | "nofdotr" | "special"
+                | "pair" => {
+                    if keyword.text == "tail" && !yes_no(value)? {
+                        continue;
+                    }
+                    let message = format!("pair_modify {} is not part of octant; available: shift, mix", keyword.text);
+                    return Err(Complaint::new(keyword.word, message));
+                }
+                other => {
+                    return Err(Complaint::new(keyword.word, format!("expected shift or mix, got '{other}'")));
+                }
+            }
+        }
+        Ok(Messages::new())
+    }
+
+    fn neigh_modify(&mut self, command: &NeighModifyCommand) -> Result<Messages, Complaint> {
+        let policy = &mut self.scene.policy;
+        if let Some(every) = command.every {
+            policy.every = every.unsigned_abs();
+        }
+        if let Some(delay) = command.delay {
+            policy.delay = delay.unsigned_abs();
+        }
+        policy.check = command.check.unwrap_or(policy.check);
+        policy.once = command.once.unwrap_or(policy.once);
+        Ok(Messages::new())
+    }
+
+    fn dump_place(&self, id: &Name) -> Result<usize, Complaint> {
+        self.dumps.iter().position(|d| d.command.id.text == id.text).ok_or_else(|| {
+            let known: Vec<_> = self.dumps.iter().map(|d| d.command.id.text.as_str()).collect();
+            let known =
+                if known.is_empty() { "there is none".into() } else { format!("defined: {}", known.join(", ")) };
+            Complaint::new(id.word, format!("expected a dump ID, got '{}' ({known})", id.text))
+        })
+    }
+
+    fn undump(&mut self, id: &Name) -> Result<(), Complaint> {
+        let place = self.dump_place(id)?;
+        self.dumps.remove(place);
+        Ok(())
+    }
+
+    fn modify_dump(&mut self, command: &crate::script::command::dump::DumpModifyCommand) -> Result<(), Complaint> {
+        let place = self.dump_place(&command.id)?;
+        let mut changed = self.dumps[place].clone();
+        changed.changes.push(command.clone());
+        changed.open(Arc::new(facts(&self.scene)))?;
+        self.dumps[place] = changed;
+        Ok(())
+    }
+}
+
+impl DumpSetup {
+    /// Makes the dump with all its settings; its file is opened when the first snapshot is written.
+    pub fn open(&self, facts: Arc<SceneFacts>) -> Result<Box<dyn DumpObserver>, Complaint> {
+        let mut dump = open_dump(&self.command, self.group, facts)?;
+        for change in &self.changes {
+            dump.modify(change)?;
+        }
+        Ok(dump)
+    }
+}
+
+impl Live<'_> {
+    /// Closes a dump and remembers its file.
+    fn close_dump(&mut self, id: &str) -> Result<(), Error> {
+        if let Some(place) = self.dumps.iter().position(|(open, _)| open == id) {
+            let (_, mut dump) = self.dumps.remove(place);
+            let closed = dump.close();
+            self.files.push(dump.report());
+            closed?;
+        }
+        Ok(())
+    }
+
+    /// Closes all dumps; the first error is the one reported.
+    pub fn close_dumps(&mut self) -> Result<(), Error> {
+        let ids: Vec<String> = self.dumps.iter().map(|(id, _)| id.clone()).collect();
+        let closed: Vec<_> = ids.iter().map(|id| self.close_dump(id)).collect();
+        closed.into_iter().collect()
+    }
+}
+
+fn number(name: &Name, what: &str) -> Result<f64, Complaint> {
+    parse_number(&name.text)
+        .filter(|x| x.is_finite())
+        .ok_or_else(|| Complaint::new(name.word, format!("expected {what}, a finite number, got '{}'", name.text)))
+}
+
+fn yes_no(name: &Name) -> Result<bool, Complaint> {
+    match name.text.as_str() {
+        "yes" | "on" | "true" => Ok(true),
+        "no" | "off" | "false" => Ok(false),
+        other => Err(Complaint::new(name.word, format!("expected yes or no, got '{other}'"))),
+    }
+}

@@ -1,0 +1,212 @@
+//! The two passes over a script: judge all of it, then carry it out.
+
+use std::fmt;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use super::commands::{Done, Pass, carry_out};
+use super::run::{Outcome, STOP};
+use super::{Live, ScriptState, Settings};
+use crate::Error;
+use crate::engine::cpu::CpuBackend;
+use crate::engine::{Backend, Needs};
+use crate::neighbor::Grid;
+use crate::output::Console;
+use crate::output::Report;
+use crate::script::{Command, Source, Statement};
+
+/// What `octant check` says of a good script.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Judged {
+    pub commands: usize,
+    pub runs: usize,
+    pub atoms: usize,
+}
+
+impl fmt::Display for Judged {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let plural = |n: usize| if n == 1 { "" } else { "s" };
+        let Self { commands, runs, atoms } = self;
+        write!(f, "fine: {commands} command{}, {runs} run{}, {atoms} atoms", plural(*commands), plural(*runs))
+    }
+}
+
+/// Reads a script file.
+fn read(script: &Path) -> Result<Arc<Source>, Error> {
+    let bytes = std::fs::read(script).map_err(|e| Error::file(script, "cannot read", e))?;
+    Ok(Source::new(script.display().to_string(), String::from_utf8_lossy(&bytes).into_owned()))
+}
+
+/// The point at which a script first needs more than judging: a run, or a file written.
+struct Checkpoint {
+    state: ScriptState,
+    statement: Statement,
+}
+
+/// Judges a whole script: every command is parsed and applied, runs are set up on paper only. What the commands before the
+/// first run print goes to `console`; the rest of the script is judged in silence.
+fn judge(
+    source: &Arc<Source>,
+    settings: &Settings,
+    console: Console,
+) -> Result<(Judged, ScriptState, Option<Checkpoint>, Console), Error> {
+    let mut state = ScriptState::new(source, settings)?;
+    let mut judged = Judged::default();
+    let mut checkpoint = None;
+    let mut shown = console;
+    let mut silent = Console::discard();
+    while let Some(statement) = state.next()? {
+        judged.commands += 1;
+        let parsed = Command::parse(&statement);
+        let acts = matches!(&parsed, Ok(Command::Run(_) | Command::WriteData(_)));
+        if acts && checkpoint.is_none() {
+            checkpoint = Some(Checkpoint { state: state.clone(), statement: statement.clone() });
+        }
+        judged.runs += usize::from(matches!(&parsed, Ok(Command::Run(_))));
+        let console = if checkpoint.is_none() { &mut shown } else { &mut silent };
+        console.echo(&statement.echo);
+        let done = parsed.map_err(|c| statement.complain(c).into());
+        let done = done.and_then(|command| carry_out(&mut state, &statement, &command, Pass::Judging(console)));
+        match done {
+            Ok(_) => {}
+            // A value that only a run can tell stands in this command: it is judged when it is reached.
+            Err(_) if statement.tentative => {}
+            Err(error) => return Err(error),
+        }
+    }
+    judged.atoms = state.scene.state.len();
+    Ok((judged, state, checkpoint, shown))
+}
+
+/// Judges a script and runs nothing.
+pub fn check(script: &Path, settings: &Settings) -> Result<Judged, Error> {
+    settings.check()?;
+    let (judged, ..) = judge(&read(script)?, settings, Console::discard())?;
+    Ok(judged)
+}
+
+/// Judges a script, then runs it.
+pub fn run(script: &Path, settings: &Settings) -> Result<Outcome, Error> {
+    settings.check()?;
+    let started = Instant::now();
+    let source = read(script)?;
+    let mut console = Console::new(settings.quiet).held();
+    if let Some(log) = &settings.log {
+        console.open_log(log, false)?;
+    }
+    console.line(&format!("Octant {} (reads LAMMPS input scripts)", env!("CARGO_PKG_VERSION")));
+    let (_, end, checkpoint, mut console) = judge(&source, settings, console)?;
+    let backend: Box<dyn Backend> = Box::new(CpuBackend::new(settings.threads)?);
+    if let Some(path) = &settings.json {
+        crate::output::check_writable(path)
+            .map_err(|m| Error::Unavailable(format!("--json {}: {m}", path.display())))?;
+    }
+    console.release()?;
+    let mut report = Report::new();
+    report.settings = settings.describe(&source.name, &*backend);
+    let mut live = Live { settings, console, backend, dumps: Vec::new(), files: Vec::new(), report, steps: 0, started };
+    let (mut state, outcome) = match checkpoint {
+        None => (end, Outcome::Finished),
+        Some(Checkpoint { mut state, statement }) => {
+            drop(end);
+            let outcome = go_on(&mut state, statement, &mut live);
+            (state, outcome?)
+        }
+    };
+    live.console.log_only("");
+    live.console.echo(&state.interpreter.trailing_echo());
+    live.finish(outcome)?;
+    Ok(outcome)
+}
+
+/// Carries out a statement and all that follow.
+fn go_on(state: &mut ScriptState, first: Statement, live: &mut Live<'_>) -> Result<Outcome, Error> {
+    let mut next = Some(first);
+    let mut outcome = Outcome::Finished;
+    let mut result = Ok(());
+    while let Some(statement) = next {
+        live.console.echo(&statement.echo);
+        let command = Command::parse(&statement).map_err(|c| statement.complain(c));
+        let done = match command {
+            Ok(command) => carry_out(state, &statement, &command, Pass::Live(live)),
+            Err(error) => Err(error.into()),
+        };
+        match done {
+            Ok(Done::Next) => {}
+            Ok(Done::Interrupted) => {
+                outcome = Outcome::Interrupted;
+                break;
+            }
+            Err(error) => {
+                result = Err(error);
+                break;
+            }
+        }
+        if STOP.load(Ordering::Relaxed) {
+            outcome = Outcome::Interrupted;
+            break;
+        }
+        next = state.next()?;
+    }
+    // Whatever happened, what was written is closed whole.
+    let closed = live.close_dumps();
+    result?;
+    closed?;
+    Ok(outcome)
+}
+
+/// Neighbors of every atom.
+#[derive(Clone, Debug)]
+pub struct Neighbors {
+    /// (id, neighbors), by id.
+    pub counts: Vec<(u32, u32)>,
+    /// Largest neighbor cutoff, length units.
+    pub radius: f64,
+    /// The grid in words.
+    pub grid: String,
+}
+
+/// Counts neighbors in the configuration a script has made when its first run begins (or when it ends). `cutoff` replaces
+/// the cutoffs of all pairs.
+pub fn neighbors(script: &Path, settings: &Settings, cutoff: Option<f64>) -> Result<Neighbors, Error> {
+    settings.check()?;
+    let source = read(script)?;
+    let (_, end, checkpoint, _) = judge(&source, settings, Console::discard())?;
+    let state = checkpoint.map_or(end, |c| c.state);
+    let (mut program, ..) = state.scene.program(settings.search).map_err(|c| Error::Unavailable(c.message))?;
+    let space = state.scene.space().map_err(|c| Error::Unavailable(c.message))?;
+    if let Some(cutoff) = cutoff {
+        program.policy.skin = 0.0;
+        for pair in &mut program.pair.pairs {
+            pair.cutoff = cutoff;
+        }
+    }
+    let radius = program.pair.neighbor_cutoffs(program.policy.skin).into_iter().fold(0.0, f64::max);
+    let mut backend = CpuBackend::new(settings.threads)?;
+    backend.load(Arc::new(program), &state.scene.state, space, state.scene.step);
+    // Overlapping atoms have no finite force, but they have neighbors.
+    if let Err(fault) = backend.set_up(Needs::default())
+        && fault.kind != crate::engine::FaultKind::Force
+    {
+        return Err(Error::Fault(fault.to_string()));
+    }
+    let mut now = state.scene.state.clone();
+    backend.fetch(&mut now);
+    let mut counts: Vec<(u32, u32)> = now.id.iter().copied().zip(backend.neighbor_counts()).collect();
+    counts.sort_unstable();
+    let (low, high) = now.bounds();
+    let grid = Grid::new(settings.search, backend.simulation_box(), &low, &high, radius).to_string();
+    Ok(Neighbors { counts, radius, grid })
+}
+
+/// Ctrl-C asks the run to stop after its step; a second one ends the program at once.
+pub fn stop_on_interrupt(exit_code: i32) -> Result<(), Error> {
+    ctrlc::set_handler(move || {
+        if STOP.swap(true, Ordering::Relaxed) {
+            std::process::exit(exit_code);
+        }
+    })
+    .map_err(|e| Error::Unavailable(format!("cannot listen for Ctrl-C: {e}")))
+}

@@ -1,0 +1,62 @@
+//! From a script to a finished run: reads commands one by one, judges the whole script first, then carries it out.
+
+mod commands;
+mod data;
+mod environment;
+mod judge;
+mod run;
+mod settings;
+mod state;
+
+pub use judge::{Judged, Neighbors, check, neighbors, run, stop_on_interrupt};
+pub use run::Outcome;
+pub use settings::{BackendChoice, Precision, Settings};
+
+use crate::engine::Backend;
+use crate::output::dump::DumpObserver;
+use crate::output::{Console, ThermoTable, WrittenFile};
+use crate::scene::SceneBuilder;
+use crate::script::Interpreter;
+use crate::script::command::dump::{DumpCommand, DumpModifyCommand};
+use crate::script::command::thermo::ThermoStyleCommand;
+use environment::LastRun;
+
+/// What the script has made of the session so far; cloned when the judged part ends and the real one begins.
+#[derive(Clone)]
+struct ScriptState {
+    interpreter: Interpreter,
+    scene: SceneBuilder,
+    thermo_every: i64,
+    thermo: ThermoTable,
+    thermo_style: ThermoStyleCommand,
+    dumps: Vec<DumpSetup>,
+    /// Sums of the last run, as long as they describe the current particles.
+    last_run: Option<LastRun>,
+    /// A run has been judged: values that depend on it are unknown.
+    judged_run: bool,
+    /// A run has set the engine up and nothing has changed since (`run ... pre no`).
+    continues: bool,
+}
+
+/// A dump as the script describes it.
+#[derive(Clone)]
+struct DumpSetup {
+    command: DumpCommand,
+    changes: Vec<DumpModifyCommand>,
+    /// The group's bits when the dump was defined.
+    group: u32,
+}
+
+/// What exists only while a script is carried out.
+struct Live<'a> {
+    settings: &'a Settings,
+    console: Console,
+    backend: Box<dyn Backend>,
+    /// Open dumps by id.
+    dumps: Vec<(String, Box<dyn DumpObserver>)>,
+    files: Vec<WrittenFile>,
+    report: crate::output::Report,
+    /// Steps of all runs so far.
+    steps: i64,
+    started: std::time::Instant,
+}

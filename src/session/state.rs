@@ -1,0 +1,85 @@
+//! The script's side of a session, and the end of a run.
+
+use std::sync::Arc;
+
+use super::environment::BetweenRuns;
+use super::run::Outcome;
+use super::{Live, ScriptState, Settings};
+use crate::Error;
+use crate::output::{NeighborReport, RunSummary, ThermoTable, TimingReport, wall_time_line};
+use crate::scene::SceneBuilder;
+use crate::script::command::thermo::ThermoStyleCommand;
+use crate::script::{InputError, Interpreter, Source, Statement};
+
+impl ScriptState {
+    /// Nothing read yet.
+    pub fn new(source: &Arc<Source>, settings: &Settings) -> Result<Self, InputError> {
+        let scene = SceneBuilder::default();
+        let thermo_style = ThermoStyleCommand::One;
+        Ok(Self {
+            interpreter: Interpreter::new(source.clone(), &settings.variables)?,
+            thermo: ThermoTable::new(&thermo_style, scene.units),
+            scene,
+            thermo_every: 0,
+            thermo_style,
+            dumps: Vec::new(),
+            last_run: None,
+            judged_run: false,
+            continues: false,
+        })
+    }
+
+    /// The next command of the script, with the simulation as it stands for its formulas.
+    pub fn next(&mut self) -> Result<Option<Statement>, InputError> {
+        let mut environment = BetweenRuns {
+            scene: &self.scene,
+            last_run: self.last_run.as_ref(),
+            unknown: self.judged_run,
+            per_atom: self.thermo.norm(),
+        };
+        self.interpreter.next(&mut environment)
+    }
+}
+
+impl Live<'_> {
+    /// Adds a run to the report; times add up over all runs.
+    pub fn report_run(&mut self, summary: &RunSummary) {
+        let before = self.report.timing;
+        let mut stages = summary.stages;
+        stages.add(&before.stages);
+        self.steps += summary.steps;
+        self.report.atoms = summary.atoms as u64;
+        self.report.neighbors = NeighborReport::new(&summary.neighbors, summary.atoms);
+        self.report.timing = TimingReport::new(before.loop_s + summary.loop_seconds, self.steps, stages);
+    }
+
+    /// The last lines: wall time, what was written and how fast; and the JSON report.
+    pub fn finish(&mut self, outcome: Outcome) -> Result<(), Error> {
+        self.console.line(&wall_time_line(self.started.elapsed().as_secs_f64()));
+        let timing = &self.report.timing;
+        if outcome == Outcome::Interrupted {
+            self.console.line("Interrupted: the step was finished, all files are whole");
+        }
+        if self.steps > 0 {
+            let rate = timing.steps_per_s * self.report.atoms as f64 / 1e6;
+            let text = format!("{:.1} steps/s, {rate:.3} million atom-steps/s", timing.steps_per_s);
+            self.console.line(&format!("Ran {} steps of {} atoms: {text}", self.steps, self.report.atoms));
+        }
+        for file in &self.files {
+            let size = indicatif::HumanBytes(file.bytes);
+            self.console.line(&format!("Wrote {}: {}, {} snapshots, {size}", file.path, file.format, file.frames));
+        }
+        if let Some(log) = self.console.log_path().map(|p| p.display().to_string()) {
+            self.console.line(&format!("Wrote {log}: log"));
+        }
+        self.console.flush();
+        if let Some(fault) = self.console.take_fault() {
+            return Err(fault);
+        }
+        self.report.files.clone_from(&self.files);
+        match &self.settings.json {
+            Some(path) => self.report.write(path),
+            None => Ok(()),
+        }
+    }
+}

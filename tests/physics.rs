@@ -1,0 +1,282 @@
+//! What must hold whatever the backend, the search, the number of threads: forces are derivatives of energies, momentum
+//! and energy are conserved, results are the same bits.
+
+mod common;
+
+use std::sync::atomic::AtomicBool;
+
+use approx::assert_relative_eq;
+use common::{Noise, arc, free_or_periodic, melt, program};
+use octant::engine::cpu::CpuBackend;
+use octant::engine::{Backend, FaultKind, LostAtoms, Needs, Program, Sums};
+use octant::neighbor::Search;
+use octant::pair::{PairStyle, StyleVisitor, styles, with_style};
+use octant::real::{Dual, Real};
+use octant::system::{SimulationBox, State, Vec3};
+
+const ALL: Needs = Needs { energy: true, virial: true, positions: true, forces: true };
+
+/// Relative tolerances of a backend's arithmetic.
+struct Tolerance {
+    /// Force on a particle, of the RMS force.
+    force: f64,
+    /// Energy drift of a thousand steps, per particle, energy units.
+    drift: f64,
+}
+
+type Maker = fn(usize) -> Box<dyn Backend>;
+
+/// Every backend there is, by name, with its tolerances.
+fn backends() -> Vec<(&'static str, Maker, Tolerance)> {
+    let cpu: Maker = |threads| Box::new(CpuBackend::new(threads).unwrap());
+    vec![("cpu double", cpu, Tolerance { force: 1e-12, drift: 2e-4 })]
+}
+
+fn started(make: Maker, threads: usize, program: Program, state: &State, space: &SimulationBox) -> Box<dyn Backend> {
+    let mut backend = make(threads);
+    backend.load(arc(program), state, space, 0);
+    backend.set_up(ALL).unwrap();
+    backend
+}
+
+fn advanced(backend: &mut dyn Backend, steps: u64) -> (State, Sums) {
+    backend.advance(steps, ALL, &AtomicBool::new(false)).unwrap();
+    let mut state = State::default();
+    backend.fetch(&mut state);
+    (state, backend.sums())
+}
+
+/// Forces and energy of all pairs within the cutoff, straight from the pair table.
+fn all_pairs(program: &Program, state: &State, space: &SimulationBox) -> (Vec<Vec3>, f64, f64) {
+    let lengths = space.lengths();
+    let mut f = vec![Vec3::zeros(); state.len()];
+    let (mut energy, mut virial) = (0.0, 0.0);
+    for i in 0..state.len() {
+        for j in i + 1..state.len() {
+            let mut d = state.x[i] - state.x[j];
+            for a in 0..3 {
+                if space.periodic(a) {
+                    d[a] -= lengths[a] * (d[a] / lengths[a]).round();
+                }
+            }
+            let (ti, tj) = (state.kind[i] as usize - 1, state.kind[j] as usize - 1);
+            let value = program.pair.evaluate(ti, tj, d.norm()).unwrap();
+            f[i] += d * value.force_over_r;
+            f[j] -= d * value.force_over_r;
+            energy += value.energy;
+            virial += d.norm_squared() * value.force_over_r;
+        }
+    }
+    (f, energy, virial)
+}
+
+/// A liquid of two types with cutoffs of their own.
+fn mixture() -> (State, SimulationBox, Vec<f64>) {
+    let (mut state, space) = melt(5);
+    for (k, kind) in state.kind.iter_mut().enumerate() {
+        *kind = 1 + u32::from(k % 3 == 0);
+    }
+    (state, space, vec![2.5, 1.9])
+}
+
+#[test]
+fn every_style_has_the_force_of_its_energy() {
+    struct Check;
+    impl StyleVisitor for Check {
+        type Output = ();
+        fn visit<S: PairStyle>(self) {
+            let coefficients: Vec<f64> = (0..S::COEFFICIENTS.len()).map(|k| 1.3 - 0.2 * k as f64).collect();
+            let params = S::params(&coefficients);
+            for k in 1..60 {
+                let r = 0.7 + 0.05 * k as f64;
+                let x = Dual::variable(r);
+                let dual = S::eval::<Dual>(x * x, &S::cast::<Dual>(&params));
+                let plain = S::eval::<f64>(r * r, &params);
+                assert_eq!(plain.energy, dual.energy.value, "{}", S::NAME);
+                let scale = plain.force_over_r.abs().max(1e-3);
+                assert_relative_eq!(plain.force_over_r, -dual.energy.derivative / r, epsilon = 4e-14 * scale);
+                let single = S::eval::<f32>((r * r) as f32, &S::cast::<f32>(&params));
+                assert_relative_eq!(single.energy as f64, plain.energy, epsilon = 2e-6 * scale * r * r);
+                let less = f64::less(plain.energy, 0.0);
+                assert_eq!(f64::select(less, -1.0, 1.0), if plain.energy < 0.0 { -1.0 } else { 1.0 });
+            }
+        }
+    }
+    for style in styles() {
+        with_style(style.name, Check).unwrap();
+    }
+}
+
+#[test]
+fn forces_energy_and_virial_are_those_of_all_pairs() {
+    let (state, space, cutoffs) = mixture();
+    for (name, make, tolerance) in backends() {
+        for search in Search::ALL {
+            let program = program(&cutoffs, 0.3, search);
+            let mut backend = started(make, 2, program.clone(), &state, &space);
+            let mut now = State::default();
+            backend.fetch(&mut now);
+            let (f, energy, virial) = all_pairs(&program, &now, &space);
+            let rms = (f.iter().map(Vec3::norm_squared).sum::<f64>() / f.len() as f64).sqrt();
+            for (k, expected) in f.iter().enumerate() {
+                let error = (now.f[k] - expected).norm() / rms;
+                assert!(error < tolerance.force, "{name} {}: atom {} off by {error}", search.name(), now.id[k]);
+            }
+            let sums = backend.sums();
+            assert_relative_eq!(sums.potential, energy, max_relative = 10.0 * tolerance.force);
+            let trace: f64 = sums.virial[..3].iter().sum();
+            assert_relative_eq!(trace, virial, max_relative = 10.0 * tolerance.force);
+        }
+    }
+}
+
+#[test]
+fn energy_and_momentum_are_conserved() {
+    let (state, space, cutoffs) = mixture();
+    for (name, make, tolerance) in backends() {
+        let mut program = program(&cutoffs, 0.3, Search::Trimmed);
+        // A shifted potential and a short step leave little but the integrator's error.
+        program.pair.shift = true;
+        program.timestep = 0.001;
+        let masses = program.masses.clone();
+        let momentum = |state: &State| -> Vec3 {
+            state.v.iter().zip(&state.kind).map(|(v, kind)| v * masses[*kind as usize - 1]).sum()
+        };
+        let total = |sums: &Sums| sums.potential + 0.5 * sums.kinetic[..3].iter().sum::<f64>();
+        let mut backend = started(make, 2, program, &state, &space);
+        let (early, sums) = advanced(&mut *backend, 100);
+        let before = total(&sums);
+        let (late, sums) = advanced(&mut *backend, 1000);
+        assert_relative_eq!(momentum(&late), momentum(&early), epsilon = 1e-9);
+        let drift = (total(&sums) - before) / state.len() as f64;
+        assert!(drift.abs() < tolerance.drift, "{name}: energy drifts by {drift} per particle");
+        assert!(backend.statistics().builds > 5);
+    }
+}
+
+#[test]
+fn threads_do_not_change_a_bit_and_searches_none_but_the_order_of_sums() {
+    let (state, space, cutoffs) = mixture();
+    for (name, make, _) in backends() {
+        let run = |threads: usize, search: Search| {
+            let mut backend = started(make, threads, program(&cutoffs, 0.3, search), &state, &space);
+            let result = advanced(&mut *backend, 200);
+            (result, backend.statistics())
+        };
+        let reference = run(1, Search::Trimmed);
+        for threads in [2, 3, 5] {
+            assert!(run(threads, Search::Trimmed) == reference, "{name}: {threads} threads give other bits");
+        }
+        for search in [Search::Octant, Search::Standard, Search::Brute] {
+            let ((other, _), _) = run(1, search);
+            for (a, b) in other.x.iter().zip(&reference.0.0.x) {
+                assert_relative_eq!(a, b, epsilon = 1e-7);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_default_policy_misses_no_pair() {
+    let (state, space, cutoffs) = mixture();
+    for (name, make, tolerance) in backends() {
+        let program = program(&cutoffs, 0.3, Search::Trimmed);
+        let mut backend = started(make, 1, program.clone(), &state, &space);
+        for _ in 0..20 {
+            let (now, sums) = advanced(&mut *backend, 7);
+            let (_, energy, _) = all_pairs(&program, &now, &space);
+            assert_relative_eq!(sums.potential, energy, max_relative = 10.0 * tolerance.force);
+        }
+        let statistics = backend.statistics();
+        assert!(statistics.builds > 0 && statistics.dangerous == Some(0), "{name}: {statistics:?}");
+    }
+}
+
+#[test]
+fn the_same_scene_far_from_the_origin_has_the_same_forces() {
+    let (mut state, space, cutoffs) = mixture();
+    // Far out, coordinates lie on a coarser grid: round them to it first, so that both scenes are one.
+    let offset = 2f64.powi(20) + 64.0;
+    for x in &mut state.x {
+        *x = x.map(|c| (c + offset) - offset);
+    }
+    let edge = (space.hi.x + offset) - offset;
+    let lo = [0.0; 3];
+    for (name, make, _) in backends() {
+        let forces = |shift: f64| {
+            let space = free_or_periodic(lo.map(|c| c + shift), [edge; 3], [true; 3]);
+            let mut moved = state.clone();
+            moved.x.iter_mut().for_each(|x| *x = x.add_scalar(shift));
+            let backend = started(make, 1, program(&cutoffs, 0.3, Search::Trimmed), &moved, &space);
+            let mut now = State::default();
+            backend.fetch(&mut now);
+            now.f
+        };
+        for (near, far) in forces(0.0).iter().zip(forces(offset)) {
+            assert_relative_eq!(near, &far, epsilon = 1e-10, max_relative = 1e-10);
+            let _ = name;
+        }
+    }
+}
+
+#[test]
+fn a_broken_force_names_atom_place_and_neighbor() {
+    let space = free_or_periodic([0.0; 3], [10.0; 3], [true; 3]);
+    let mut state = State::default();
+    state.push(7, 1, Vec3::new(1.0, 2.0, 3.0));
+    state.push(4, 1, Vec3::new(5.0, 5.0, 5.0));
+    state.push(9, 1, Vec3::new(5.0, 5.0, 5.0));
+    for (name, make, _) in backends() {
+        let mut backend = make(1);
+        backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &space, 17);
+        let fault = backend.set_up(ALL).unwrap_err();
+        assert_eq!((fault.kind, fault.step, fault.id, fault.count), (FaultKind::Force, 17, 4, 2), "{name}");
+        assert_eq!(fault.nearest, Some((9, 0.0)));
+        assert_eq!(
+            fault.to_string(),
+            "step 17: non-finite force on atom 4 at (5, 5, 5); nearest is atom 9 at distance 0; 2 atoms are at fault"
+        );
+    }
+}
+
+#[test]
+fn atoms_that_leave_are_lost_where_lammps_loses_them() {
+    let space = free_or_periodic([0.0; 3], [10.0; 3], [false, true, true]);
+    let mut state = State::default();
+    for k in 0..5u32 {
+        state.push(k + 1, 1, Vec3::new(2.0 * k as f64 + 1.0, 5.0, 5.0));
+    }
+    state.v[4].x = 50.0;
+    for (name, make, _) in backends() {
+        let mut quiet = program(&[2.5], 0.3, Search::Trimmed);
+        quiet.lost = LostAtoms::Ignore;
+        let mut backend = started(make, 1, quiet.clone(), &state, &space);
+        let (after, _) = advanced(&mut *backend, 100);
+        assert_eq!((after.id, backend.lost()), (vec![1, 2, 3, 4], 1), "{name}");
+        quiet.lost = LostAtoms::Error;
+        let mut backend = started(make, 1, quiet, &state, &space);
+        let fault = backend.advance(100, ALL, &AtomicBool::new(false)).unwrap_err();
+        assert_eq!((fault.kind, fault.id), (FaultKind::Lost, 5));
+        let good = fault.last_good.unwrap();
+        assert!(good.step < fault.step && good.state.x[4].x < 10.0);
+        assert_eq!(good.state.id, vec![1, 2, 3, 4, 5]);
+    }
+}
+
+#[test]
+fn a_gas_of_no_or_one_particle_runs() {
+    let space = free_or_periodic([0.0; 3], [3.0, 40.0, 7.0], [true, false, true]);
+    for (_, make, _) in backends() {
+        for count in 0..2u32 {
+            let mut state = State::default();
+            let mut noise = Noise(3);
+            for k in 0..count {
+                state.push(k + 1, 1, Vec3::new(1.5, 20.0, 3.0) + noise.vector());
+            }
+            let mut backend = started(make, 2, program(&[2.5], 0.3, Search::Trimmed), &state, &space);
+            let (after, sums) = advanced(&mut *backend, 50);
+            assert_eq!(after.len(), count as usize);
+            assert!(sums.potential.is_finite());
+        }
+    }
+}
