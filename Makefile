@@ -3,9 +3,9 @@
 
 SHELL  := /bin/sh
 PYTHON ?= python3
-# Found before .venv/bin comes first in PATH below: an environment cannot be made anew with its own interpreter.
-FOUND  := $(shell command -v $(PYTHON))
 VENV   := .venv
+# Looked for outside the environment: it cannot be made anew with its own interpreter.
+FOUND  := $(shell PATH="$$(printf %s "$$PATH" | sed 's|$(CURDIR)/$(VENV)/bin:||g')" command -v $(PYTHON))
 PIP    := $(VENV)/bin/python -m pip --disable-pip-version-check
 PYTEST := $(VENV)/bin/python -m pytest
 TARGET := $(or $(CARGO_TARGET_DIR),target)
@@ -79,6 +79,6 @@ $(VENV)/.ready: validation/requirements.txt | check-tools
 	  echo "octant's tools need Python 3.10 or newer; $(FOUND) is $$("$(FOUND)" -V 2>&1). Name a newer one: make PYTHON=/path/to/python3.12 ..." >&2; exit 1; }
 	@"$(FOUND)" -c 'import ensurepip, venv' 2>/dev/null || { \
 	  echo "$(FOUND) cannot make virtual environments, its venv module is incomplete. Debian, Ubuntu: sudo apt install python3-venv" >&2; exit 1; }
-	"$$("$(FOUND)" -c 'import sys; print(sys._base_executable)')" -m venv --clear $(VENV)
+	"$(FOUND)" -m venv --clear $(VENV)
 	$(PIP) install --quiet --requirement validation/requirements.txt
 	@touch $@
