@@ -12,9 +12,9 @@ pub mod source;
 pub mod statement;
 pub mod substitute;
 pub mod suggest;
-pub mod variables;
 #[cfg(test)]
 pub(crate) mod testing;
+pub mod variables;
 
 pub use command::Command;
 pub use environment::{Environment, NoSimulation, Quantity};

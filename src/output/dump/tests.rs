@@ -23,6 +23,7 @@ pub(in crate::output) fn sample() -> (State, SimulationBox) {
         lo: Vec3::new(-1.0, -2.0, 0.0),
         hi: Vec3::new(4.0, 3.0, 6.0632),
         sides: [[Side::Periodic; 2], [Side::Fixed; 2], [Side::Fixed, Side::Shrink]],
+        margin: Vec3::zeros(),
     };
     (state, simulation_box)
 }
