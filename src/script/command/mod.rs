@@ -1,10 +1,11 @@
 //! What each command says, as typed data: one parser per command, no meaning yet.
 
 pub mod dump;
+pub mod dump_modify;
 pub mod number_format;
 pub mod thermo;
 
-use super::{Args, Complaint, Statement};
+use super::{Complaint, Statement};
 
 /// A parsed command.
 #[derive(Clone, Debug, PartialEq)]
