@@ -65,3 +65,18 @@ pub fn trajectory_formats() -> Vec<TrajectoryFormat> {
 
 #[cfg(all(test, feature = "chemfiles"))]
 mod tests;
+
+#[cfg(all(test, not(feature = "chemfiles")))]
+mod tests {
+    use super::*;
+    use crate::script::testing::statement;
+    use crate::system::Units;
+
+    #[test]
+    fn a_build_without_chemfiles_says_so() {
+        let facts = SceneFacts::new(Units::named("lj").unwrap(), vec![1.0]);
+        let command = DumpCommand::parse(&mut statement("dump a all xtc 10 f.xtc").args()).unwrap();
+        let error = writer(&command, &facts).err().unwrap();
+        assert_eq!((error.word, error.message.contains("no chemfiles support")), (3, true));
+    }
+}
