@@ -68,10 +68,10 @@ def test_threads_give_the_same_bits(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["dense", "images", "slab"])
-def test_searches_find_the_same_neighbors(name: str) -> None:
+def test_searches_find_the_same_neighbors(name: str, tmp_path: Path) -> None:
     scene = next(scene for scene in SCENES if scene.name == name)
     counts = [
-        count_neighbors(scene.path, {**scene.variables, **scene.quick}, search=search)
+        count_neighbors(scene.path, {**scene.variables, **scene.quick, "out": str(tmp_path)}, search=search)
         for search in ("trimmed", "octant", "standard", "brute")
     ]
     assert all(np.array_equal(count, counts[0]) for count in counts[1:])
