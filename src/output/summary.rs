@@ -62,7 +62,7 @@ impl RunSummary {
             return lines;
         }
         lines.extend(self.performance());
-        lines.push(self.processor_use());
+        lines.extend(self.processor_use());
         lines.push(String::new());
         lines.extend(self.breakdown());
         lines.push(String::new());
@@ -107,14 +107,12 @@ impl RunSummary {
         Some(format!("Performance: {simulated}, {} timesteps/s, {} {prefix}atom-step/s", three(rate), three(scaled)))
     }
 
-    fn processor_use(&self) -> String {
-        let percent = match self.cpu_seconds {
-            Some(seconds) if self.loop_seconds > 0.0 => seconds / self.loop_seconds * 100.0,
-            Some(_) => 0.0,
-            None => 100.0,
-        };
+    /// Left out where the system does not tell.
+    fn processor_use(&self) -> Option<String> {
+        let seconds = self.cpu_seconds?;
+        let percent = if self.loop_seconds > 0.0 { seconds / self.loop_seconds * 100.0 } else { 0.0 };
         let percent = format_f(percent, 0, 1, false);
-        format!("{percent}% CPU use with 1 MPI tasks x {} OpenMP threads", self.threads)
+        Some(format!("{percent}% CPU use with 1 MPI tasks x {} OpenMP threads", self.threads))
     }
 
     fn breakdown(&self) -> Vec<String> {

@@ -132,8 +132,15 @@ impl SceneBuilder {
             types: self.masses.len(),
         };
         let created = super::create_atoms(command, &context, &mut self.state)?;
+        let short = match &command.style {
+            create_atoms::CreateAtomsStyle::Random { count, .. } if created < *count => {
+                Some(format!("WARNING: only {created} of {count} random atoms found a place in the region"))
+            }
+            _ => None,
+        };
         let units = if command.lattice_units { "lattice" } else { "box" };
-        Ok(vec![format!("Created {created} atoms"), format!("  using {units} units in {}", describe_box(&space))])
+        let lines = [format!("Created {created} atoms"), format!("  using {units} units in {}", describe_box(&space))];
+        Ok(lines.into_iter().chain(short).collect())
     }
 
     /// `mass`.

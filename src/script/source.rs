@@ -64,7 +64,11 @@ pub struct InputError {
 }
 
 impl InputError {
+    /// The span is cut to the text and to whole characters, so that it can always be shown.
     pub fn new(source: &Arc<Source>, span: Span, message: impl Into<String>) -> Self {
+        let whole =
+            |offset: usize| (0..=offset.min(source.text.len())).rev().find(|k| source.text.is_char_boundary(*k));
+        let span = Span::new(whole(span.start).unwrap_or(0), whole(span.end).unwrap_or(0));
         Self { source: source.clone(), span, message: message.into(), help: None }
     }
 
@@ -94,7 +98,7 @@ impl Diagnostic for InputError {
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
         let length = self.span.end - self.span.start;
-        let label = LabeledSpan::at(self.span.start..self.span.start + length.max(1), "here");
+        let label = LabeledSpan::underline(self.span.start..self.span.start + length.max(1));
         Some(Box::new(std::iter::once(label)))
     }
 }
@@ -106,7 +110,12 @@ impl SourceCode for InputError {
         before: usize,
         after: usize,
     ) -> Result<Box<dyn miette::SpanContents<'a> + 'a>, miette::MietteError> {
-        let contents = self.source.text.read_span(span, before, after)?;
+        // Whole lines, however little of them is asked for.
+        let text = &self.source.text;
+        let start = text[..span.offset().min(text.len())].rfind('\n').map_or(0, |k| k + 1);
+        let end = (span.offset() + span.len()).min(text.len());
+        let end = text[end..].find('\n').map_or(text.len(), |k| end + k);
+        let contents = text.read_span(&(start..end).into(), before, after)?;
         Ok(Box::new(miette::MietteSpanContents::new_named(
             self.source.name.clone(),
             contents.data(),

@@ -214,6 +214,10 @@ impl ScriptState {
                 nothing
             }
             Command::ResetTimestep(c) => {
+                if let Some(dump) = self.dumps.first() {
+                    let message = format!("not while there are dumps ({}); undump them first", dump.command.id.text);
+                    return Err(Complaint::new(0, message));
+                }
                 scene.reset_step(c.step, c.time);
                 nothing
             }
@@ -222,14 +226,17 @@ impl ScriptState {
                 nothing
             }
             Command::ThermoStyle(c) => {
+                scene.space()?;
                 for (name, word) in ThermoTable::variables(c) {
                     if !self.interpreter.has_variable(name) {
                         return Err(Complaint::new(word, format!("undefined variable '{name}'")));
                     }
                 }
+                let forgets = self.thermo.is_modified();
                 self.thermo = ThermoTable::new(c, scene.units);
                 self.thermo_style = c.clone();
-                nothing
+                scene.lost = LostAtoms::default();
+                Ok(if forgets { vec!["WARNING: a new thermo_style forgets thermo_modify".into()] } else { vec![] })
             }
             Command::ThermoModify(c) => {
                 self.thermo.modify(c)?;

@@ -108,9 +108,15 @@ fn evaluate_group(
 pub struct InsideRun<'a> {
     pub scene: &'a SceneBuilder,
     pub quantities: &'a Quantities<'a>,
+    /// First and last step that formulas of time count from and to.
+    pub range: (i64, i64),
 }
 
 impl Environment for InsideRun<'_> {
+    fn run_range(&mut self) -> (i64, i64) {
+        self.range
+    }
+
     fn thermo(&mut self, name: &str) -> Result<Option<Quantity>, String> {
         Ok(self.quantities.lookup(name).map(|n| Quantity::known(n.value())))
     }

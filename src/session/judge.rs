@@ -108,15 +108,19 @@ pub fn run(script: &Path, settings: &Settings) -> Result<Outcome, Error> {
     report.settings = settings.describe(&source.name, &*backend);
     let mut live = Live { settings, console, backend, dumps: Vec::new(), files: Vec::new(), report, steps: 0, started };
     let (mut state, outcome) = match checkpoint {
-        None => (end, Outcome::Finished),
+        None => (end, Ok(Outcome::Finished)),
         Some(Checkpoint { mut state, statement }) => {
             drop(end);
             let outcome = go_on(&mut state, statement, &mut live);
-            (state, outcome?)
+            (state, outcome)
         }
     };
-    live.console.log_only("");
     live.console.echo(&state.interpreter.trailing_echo());
+    if let Err(error) = &outcome {
+        live.console.log_only(&format!("ERROR: {error}"));
+        live.console.flush();
+    }
+    let outcome = outcome?;
     live.finish(outcome)?;
     Ok(outcome)
 }

@@ -10,6 +10,7 @@ use super::{Live, ScriptState};
 use crate::Error;
 use crate::engine::{Fault, Needs, Program, Reached, Snapshot, Sums};
 use crate::output::printf::format_g;
+use crate::output::summary::cpu_seconds;
 use crate::output::thermo::memory_line;
 use crate::output::{Progress, Quantities, RunSummary, SceneFacts, StageTimes, ThermoSchedule};
 use crate::scene::builder::g8;
@@ -77,7 +78,7 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     live.console.begin_table();
 
     let started = Instant::now();
-    let cpu_before = processor_seconds();
+    let cpu_before = cpu_seconds();
     let atoms = script.scene.state.len();
     let mut progress = Progress::start(first, last, atoms, live.settings.quiet, &mut live.console);
     let mut output_seconds = 0.0;
@@ -120,7 +121,7 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
                 neighbors: live.backend.statistics(),
                 elapsed_seconds: started.elapsed().as_secs_f64(),
             };
-            let shown = show(script, live, &snapshot, &facts, thermo_due, &dump_due);
+            let shown = show(script, live, &snapshot, &facts, command.stop.unwrap_or(last), thermo_due, &dump_due);
             script.scene.state = state;
             shown?;
         }
@@ -162,7 +163,6 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     for line in script.thermo.footer() {
         live.console.line(&line);
     }
-    live.console.end_table();
 
     let loop_seconds = started.elapsed().as_secs_f64();
     let engine = live.backend.seconds();
@@ -177,7 +177,7 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     let summary = RunSummary {
         units: script.scene.units,
         loop_seconds,
-        cpu_seconds: processor_seconds().zip(cpu_before).map(|(after, before)| after - before),
+        cpu_seconds: cpu_seconds().zip(cpu_before).map(|(after, before)| after - before),
         steps: now - first,
         timestep: program.timestep,
         atoms: script.scene.state.len(),
@@ -185,8 +185,12 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
         stages,
         neighbors: live.backend.statistics(),
     };
-    for line in summary.lines(command.post) {
-        live.console.line(&line);
+    // Readers of logs take every line up to the loop time for data, so warnings wait for it.
+    for (k, line) in summary.lines(command.post).iter().enumerate() {
+        live.console.line(line);
+        if k == 0 {
+            live.console.end_table();
+        }
     }
     live.report_run(&summary);
     script.last_run = Some(LastRun { sums, neighbors: summary.neighbors, first_step: first, seconds: loop_seconds });
@@ -221,14 +225,16 @@ fn show(
     live: &mut Live<'_>,
     snapshot: &Snapshot<'_>,
     facts: &SceneFacts,
+    stop: i64,
     thermo_due: bool,
     dump_due: &[bool],
 ) -> Result<(), RunError> {
     if thermo_due {
+        let range = (facts.counting_from.unwrap_or(snapshot.first_step), stop);
         let quantities = Quantities::new(snapshot, facts, script.thermo.norm());
         let (interpreter, scene) = (&mut script.interpreter, &script.scene);
         let row = script.thermo.row(&quantities, &mut |name| {
-            let mut environment = InsideRun { scene, quantities: &quantities };
+            let mut environment = InsideRun { scene, quantities: &quantities, range };
             interpreter.variable_value(name, &mut environment).map(|q| q.value)
         });
         let row = row.map_err(|m| Complaint::new(0, m))?;
@@ -313,22 +319,10 @@ fn stop(fault: Fault, script: &ScriptState, live: &mut Live<'_>, program: &Progr
             Err(e) => message += &format!("\n  the state of step {} could not be written: {e}", good.step),
         }
     }
-    live.console.line(&format!("ERROR: {message}"));
     RunError::Error(Error::Fault(message))
 }
 
 /// Beside the log file.
 fn good_state_path(log: Option<&Path>) -> PathBuf {
     log.and_then(Path::parent).unwrap_or(Path::new("")).join("last-good.data")
-}
-
-/// Processor seconds of this process over all threads, where the system tells (Linux).
-fn processor_seconds() -> Option<f64> {
-    /// Linux reports in hundredths of a second to user programs on all its architectures.
-    const TICKS_A_SECOND: f64 = 100.0;
-    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
-    let mut fields = text.rsplit(')').next()?.split_ascii_whitespace().skip(11);
-    let user: f64 = fields.next()?.parse().ok()?;
-    let system: f64 = fields.next()?.parse().ok()?;
-    Some((user + system) / TICKS_A_SECOND)
 }

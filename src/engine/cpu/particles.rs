@@ -103,7 +103,7 @@ impl Particles {
             let before = *image;
             simulation_box.wrap(&mut x, image);
             site.x = x.into();
-            let far = !set_up && (0..3).any(|a| (image[a] - before[a]).abs() > 2);
+            let far = !set_up && (0..3).any(|a| image[a].abs_diff(before[a]) > 1);
             (far || simulation_box.beyond_fixed_side(&x)).then_some(k)
         };
         let pairs = self.site.par_iter_mut().with_min_len(4096).zip(self.image.par_iter_mut());
