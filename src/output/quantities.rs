@@ -280,6 +280,7 @@ pub(crate) mod tests {
             lo: Vec3::new(0.5, -1.0, 0.0),
             hi: Vec3::new(2.5, 6.0, 6.5),
             sides: [[Side::Shrink; 2], [Side::Fixed, Side::Shrink], [Side::Periodic; 2]],
+            margin: Vec3::zeros(),
         };
         let sums = Sums {
             kinetic: [0.5, 0.25, 0.125, 0.01, 0.02, 0.03],

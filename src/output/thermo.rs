@@ -58,6 +58,7 @@ pub struct ThermoTable {
     norm: bool,
     flush: bool,
     lost: LostAtoms,
+    modified: bool,
     /// Wall seconds and simulated time and step of the row before, for `tpcpu` and `spcpu`.
     previous: Option<(f64, f64, i64)>,
 }
@@ -77,7 +78,7 @@ impl ThermoTable {
         }
         let formats = Formats::new(columns.len());
         let (norm, flush, lost) = (units.per_atom, false, LostAtoms::default());
-        Self { standard, columns, line, formats, norm, flush, lost, previous: None }
+        Self { standard, columns, line, formats, norm, flush, lost, modified: false, previous: None }
     }
 
     /// `thermo_modify`. Nothing is changed when there is a complaint.
@@ -108,6 +109,7 @@ impl ThermoTable {
         self.flush = command.flush.unwrap_or(self.flush);
         self.lost = command.lost.unwrap_or(self.lost);
         self.line = command.line.unwrap_or(self.line);
+        self.modified = true;
         Ok(())
     }
 
@@ -122,6 +124,11 @@ impl ThermoTable {
                 _ => (),
             }
         }
+    }
+
+    /// Some `thermo_modify` would be forgotten by a new `thermo_style`; LAMMPS warns then.
+    pub fn is_modified(&self) -> bool {
+        self.modified
     }
 
     /// Extensive values per atom.

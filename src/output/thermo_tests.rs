@@ -3,17 +3,8 @@
 use super::*;
 use crate::output::SceneFacts;
 use crate::output::quantities::tests::{sample, snapshot};
-use crate::script::{Source, Span, Statement, Word};
-
-/// A statement of blank-separated words; `'` quotes.
-fn statement(line: &str) -> Statement {
-    let mut words = Vec::new();
-    for (k, part) in line.split('\'').enumerate() {
-        let texts: Vec<&str> = if k % 2 == 1 { vec![part] } else { part.split_whitespace().collect() };
-        words.extend(texts.into_iter().map(|text| Word { text: text.to_string(), span: Span::default() }));
-    }
-    Statement { source: Source::new("test", line), words, echo: Vec::new(), tentative: false }
-}
+use crate::script::command::thermo::ThermoCommand;
+use crate::script::testing::statement;
 
 fn table(lines: &[&str]) -> ThermoTable {
     let style = ThermoStyleCommand::parse(&mut statement(lines[0]).args()).unwrap();
@@ -142,8 +133,6 @@ fn commands_that_cannot_be_are_refused_at_their_word() {
         assert!(ThermoCommand::parse(&mut statement(line).args()).is_err(), "{line}");
     }
 }
-
-use crate::script::command::thermo::ThermoCommand;
 
 #[test]
 fn rates_are_since_the_row_before() {

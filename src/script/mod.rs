@@ -12,6 +12,8 @@ pub mod source;
 pub mod statement;
 pub mod substitute;
 pub mod suggest;
+#[cfg(test)]
+pub(crate) mod testing;
 pub mod variables;
 
 pub use command::Command;

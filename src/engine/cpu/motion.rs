@@ -78,8 +78,9 @@ impl<F: FixStyle> FixKernel for Kernel<F> {
 pub fn moved(now: &[Site], then: &[Site], trigger: f64) -> bool {
     let far = |(a, b): (&Site, &Site)| {
         let d = [a.x[0] - b.x[0], a.x[1] - b.x[1], a.x[2] - b.x[2]];
-        // Written so that a position that is no number counts as moved.
-        !(d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= trigger)
+        let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+        // A position that is no number calls for a build, which finds it.
+        squared > trigger || squared.is_nan()
     };
     now.par_chunks(CHUNK).zip(then.par_chunks(CHUNK)).any(|(now, then)| now.iter().zip(then).any(far))
 }

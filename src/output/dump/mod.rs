@@ -67,7 +67,8 @@ pub(super) struct Frame<'a> {
     pub inverse: Vec3,
     /// Atoms are shown wrapped into the box.
     pub wraps: bool,
-    /// Steps between snapshots.
+    /// Steps between snapshots; DCD files tell.
+    #[cfg_attr(not(feature = "chemfiles"), expect(dead_code))]
     pub every: i64,
 }
 
@@ -125,8 +126,8 @@ pub fn open_dump(
             trajectory::writer(command, &facts)?
         }
     };
-    let by_id =
-        matches!(command.style, DumpStyle::Dcd | DumpStyle::Xtc | DumpStyle::Netcdf(_) | DumpStyle::Chemfiles { .. });
+    // LAMMPS's defaults; most other formats have no room for ids.
+    let by_id = !matches!(command.style, DumpStyle::Atom | DumpStyle::Custom(_));
     Ok(Box::new(Dump {
         style: command.style.name(),
         group_mask,
@@ -166,11 +167,12 @@ impl Observer for Dump {
     fn next(&self, after: i64, last: i64) -> Option<i64> {
         // A run's set-up asks from the step before its first: a step that the run before has already written is skipped.
         let after = self.last_written.map_or(after, |written| after.max(written));
-        let next = if self.first && self.last_written.is_none() {
-            after.checked_add(1)
-        } else {
-            let after = self.delay.map_or(after, |delay| after.max(delay - 1));
-            next_multiple(after, self.every)
+        let begins = self.first && self.last_written.is_none();
+        let next = match self.delay {
+            // A delay wins over `first`.
+            Some(delay) if after < delay.saturating_sub(1) => next_multiple(delay - 1, self.every),
+            _ if begins => after.checked_add(1),
+            _ => next_multiple(after, self.every),
         };
         next.filter(|step| *step <= last)
     }
@@ -238,5 +240,4 @@ impl Drop for Dump {
 }
 
 #[cfg(test)]
-#[path = "dump_tests.rs"]
-mod tests;
+pub(super) mod tests;

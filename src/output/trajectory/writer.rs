@@ -233,17 +233,13 @@ fn guessed_format(path: &str, word: usize) -> Result<(String, bool), Complaint> 
     let guess = chemfiles::guess_format(path)
         .map_err(|_| no_format(format!("chemfiles knows no format by the extension of '{path}'")))?;
     let name = guess.split(" / ").next().unwrap_or_default();
-    match chemfiles::formats_list().into_iter().find(|format| format.name == name) {
-        Some(format) if !(format.write && format.positions) => {
-            Err(no_format(format!("chemfiles reads {name} files but does not write them")))
-        }
-        // Only text formats go through a compressor.
-        Some(format) if guess.contains(" / ") && !format.memory => {
-            Err(no_format(format!("{name} files cannot be compressed, got '{path}'")))
-        }
-        Some(format) => Ok((guess, format.velocities)),
-        None => Err(no_format(format!("chemfiles knows no format by the extension of '{path}'"))),
+    let Some(format) = trajectory_formats().into_iter().find(|format| format.name == name) else {
+        return Err(no_format(format!("chemfiles writes no trajectories in {name} format ('{path}')")));
+    };
+    if guess.contains(" / ") && !format.is_text {
+        return Err(no_format(format!("{name} files cannot be compressed, got '{path}'")));
     }
+    Ok((guess.clone(), format.velocities))
 }
 
 impl SnapshotWriter for TrajectoryWriter {

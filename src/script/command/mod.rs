@@ -3,6 +3,7 @@
 pub mod create_atoms;
 pub mod create_box;
 pub mod dump;
+pub mod dump_modify;
 pub mod fix;
 pub mod group;
 pub mod lammps_names;

@@ -1,7 +1,7 @@
 //! The `format` keyword that `thermo_modify` and `dump_modify` share.
 
-use super::{Args, Complaint};
 use crate::output::printf::Printf;
+use crate::script::{Args, Complaint};
 
 /// One `format` setting (doc pages `thermo_modify`, `dump_modify`).
 #[derive(Clone, Debug, PartialEq)]

@@ -1,8 +1,8 @@
 //! `thermo`, `thermo_style`, `thermo_modify` (doc pages of those names).
 
 use super::number_format::{ColumnName, FormatChange, column_name};
-use super::{Args, Complaint};
 use crate::output::quantities::keyword;
+use crate::script::{Args, Complaint};
 
 /// `thermo N`: a table row every N steps; 0 for the first and the last step of a run only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -270,10 +270,13 @@ mod tests {
         }
     }
 
+    /// A function, its arguments, and steps with the values there.
+    type Series = (&'static str, &'static [f64], &'static [(i64, f64)]);
+
     /// Values of LAMMPS 22Jul2025 at the steps on the left, timestep 0.002.
     #[test]
     fn functions_of_time_are_those_of_lammps() {
-        let series: [(&str, &[f64], &[(i64, f64)]); 14] = [
+        let series: [Series; 14] = [
             ("stagger", &[100.0, 7.0], &[(0, 7.0), (6, 7.0), (7, 100.0), (100, 107.0), (108, 200.0), (1001, 1007.0)]),
             ("stagger", &[10.9, 3.0], &[(1, 3.0), (4, 10.0), (10, 13.0), (13, 20.0), (251, 253.0)]),
             (
