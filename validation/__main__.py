@@ -12,7 +12,7 @@ from validation import report
 from validation.cases import all_cases, compare_case
 from validation.compare import Check, SceneResult, compare_scene
 from validation.lammps_runner import LammpsError
-from validation.octant_runner import ROOT, OctantError
+from validation.octant_runner import ROOT, OctantError, find_binary
 from validation.scene import all_scenes
 
 
@@ -31,6 +31,10 @@ def main() -> int:
     scenes = [scene for scene in all_scenes() if not arguments.only or scene.name in arguments.only]
     if not scenes:
         parser.error(f"no scene of this name; there are: {', '.join(scene.name for scene in all_scenes())}")
+    try:
+        find_binary()
+    except FileNotFoundError as error:
+        sys.exit(str(error))
     results: list[SceneResult] = []
     with tempfile.TemporaryDirectory(prefix="validation-") as scratch:
         for scene in scenes:

@@ -22,7 +22,7 @@ _MARKERS = "osD^vPX<>*"
 #: Panels: title, and the thermo columns it shows (the first a scene has).
 _THERMO = [("Pair energy", ("E_pair", "PotEng")), ("Temperature", ("Temp",)), ("Pressure", ("Press",))]
 
-#: A difference of zero has no place on a logarithmic axis: it is drawn at this value.
+#: A difference of zero has no place on a logarithmic axis: it and smaller ones are drawn at this value.
 _ZERO = 1e-17
 
 
@@ -48,8 +48,9 @@ def write(folder: Path, scenes: Sequence[SceneResult]) -> None:
             time, difference = np.array(scene.deviations[name]).T
             style = {"color": _COLORS[index % len(_COLORS)], "marker": _MARKERS[index % len(_MARKERS)]}
             panel.plot(time, np.maximum(difference, _ZERO), lw=0.8, ms=3.5, clip_on=False, label=scene.name, **style)
-    axes[0].text(0.04, 0.97, "outside tolerance", transform=axes[0].transAxes, va="top", color="0.4")
-    axes[0].text(0.98, 0.035, "bottom line: equal", transform=axes[0].transAxes, ha="right", va="bottom", color="0.4")
+    axes[0].text(
+        0.04, 0.97, "outside tolerance (of the largest scene)", transform=axes[0].transAxes, va="top", color="0.4"
+    )
     axes[0].set_ylabel("difference octant - LAMMPS, relative")
 
     panel = axes[-1]
@@ -73,6 +74,8 @@ def write(folder: Path, scenes: Sequence[SceneResult]) -> None:
         panel.set_ylim(_ZERO, 1e-3)
         panel.grid(axis="y", color="0.9", lw=0.6)
         panel.set_axisbelow(True)
+    decades = range(-15, -2, 2)
+    axes[0].set_yticks([_ZERO, *(10.0**decade for decade in decades)], ["$\\leq 10^{-17}$", *(f"$10^{{{d}}}$" for d in decades)])
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(scenes), frameon=False)
     figure.savefig(folder / "validation.png", dpi=150)
     figure.savefig(folder / "validation.svg", metadata={"Date": None})
