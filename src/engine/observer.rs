@@ -28,14 +28,14 @@ impl Needs {
     }
 }
 
-/// Global sums at one step, energy units. Tensors in the order xx, yy, zz, xy, xz, yz.
+/// Global sums at one step. Tensors in the order xx, yy, zz, xy, xz, yz.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sums {
-    /// Sum of m v_a v_b (twice the kinetic energy on the trace), already times `mvv2e`.
+    /// Sum of m v_a v_b, mass times velocity squared (twice the kinetic energy on the trace, before `mvv2e`).
     pub kinetic: [f64; 6],
-    /// Pair energy; valid if asked for.
+    /// Pair energy, energy units; valid if asked for.
     pub potential: f64,
-    /// Sum over pairs of r_a f_b; valid if asked for.
+    /// Sum over pairs of r_a f_b, energy units; valid if asked for.
     pub virial: [f64; 6],
 }
 

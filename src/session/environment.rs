@@ -59,7 +59,7 @@ impl Environment for BetweenRuns<'_> {
         let facts = facts(scene);
         let mut sums = self.last_run.map_or(Sums::default(), |r| r.sums);
         if self.last_run.is_none() {
-            sums.kinetic[0] = sum_mass_velocity_squared(&scene.state, &facts.masses, 1) * scene.units.mvv2e;
+            sums.kinetic[0] = sum_mass_velocity_squared(&scene.state, &facts.masses, 1);
         }
         let snapshot = Snapshot {
             step: scene.step,

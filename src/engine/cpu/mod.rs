@@ -298,14 +298,10 @@ impl Backend for CpuBackend {
     }
 
     fn sums(&mut self) -> Sums {
-        self.on_pool(|loaded| {
-            let kinetic = kinetic_sums(&loaded.particles.site, &loaded.particles.v, &loaded.program.masses);
-            let mvv2e = loaded.program.units.mvv2e;
-            Sums {
-                kinetic: kinetic.map(|k| k * mvv2e),
-                potential: loaded.pair_sums.energy,
-                virial: loaded.pair_sums.virial,
-            }
+        self.on_pool(|loaded| Sums {
+            kinetic: kinetic_sums(&loaded.particles.site, &loaded.particles.v, &loaded.program.masses),
+            potential: loaded.pair_sums.energy,
+            virial: loaded.pair_sums.virial,
         })
     }
 
