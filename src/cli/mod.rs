@@ -150,6 +150,7 @@ impl RunArgs {
                 BackendArg::Cpu => BackendChoice::Cpu,
                 BackendArg::Cuda => BackendChoice::Cuda,
             },
+            device: self.device,
             threads: self.threads.unwrap_or(0).into(),
             precision: match self.precision {
                 PrecisionArg::Single => Precision::Single,

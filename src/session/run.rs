@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use super::environment::{InsideRun, LastRun, facts};
@@ -93,7 +93,11 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
         let dump_due: Vec<bool> = live.dumps.iter().map(|(_, d)| due(d.next(now - 1, last))).collect();
         let clock = Instant::now();
         if thermo_due || dump_due.contains(&true) {
-            live.backend.fetch(&mut script.scene.state);
+            // Energies and pressures need no particles on this side.
+            let reads_particles = thermo_needs.positions || thermo_needs.forces || dump_due.contains(&true);
+            if end || reads_particles || live.backend.lost() > lost {
+                live.backend.fetch(&mut script.scene.state);
+            }
             if keep && now == first {
                 // No forces were computed: the sums of the last run still stand.
                 sums = script.last_run.as_ref().map_or(sums, |r| r.sums);
@@ -154,9 +158,6 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
             reached = advanced.map_err(|fault| stop(fault, script, live, &program))?;
             now = live.backend.step();
             progress.reach(now);
-            if STOP.load(Ordering::Relaxed) {
-                reached = Reached::Interrupted;
-            }
         }
     }
     progress.finish(&mut live.console);

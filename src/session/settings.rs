@@ -35,6 +35,8 @@ pub struct Settings {
     /// `-v NAME=VALUE`: index variables set before the script.
     pub variables: Vec<(String, String)>,
     pub backend: BackendChoice,
+    /// GPU to run on; `None` for the first.
+    pub device: Option<u32>,
     /// 0 for all cores.
     pub threads: usize,
     pub precision: Precision,
@@ -57,6 +59,9 @@ impl Settings {
                 "backend cuda is not part of this version of octant; --backend cpu (or auto) runs on the processor"
                     .into(),
             ));
+        }
+        if let Some(device) = self.device {
+            return Err(Error::Unavailable(format!("--device {device}: this version of octant runs on no GPU")));
         }
         if self.precision != Precision::Double {
             return Err(Error::Unavailable("this version of octant computes in double precision only".into()));

@@ -279,9 +279,11 @@ impl Backend for CpuBackend {
         self.on_pool(|loaded| {
             for k in 1..=steps {
                 loaded.one_step(if k == steps { needs } else { Needs::default() })?;
-                if stop.load(Ordering::Relaxed) && k < steps {
-                    // Whoever looks at this step may want its sums.
-                    loaded.forces(Needs { energy: true, virial: true, ..Needs::default() })?;
+                if stop.load(Ordering::Relaxed) {
+                    if !(k == steps && needs.energy && needs.virial) {
+                        // Whoever looks at the last step may want its sums.
+                        loaded.forces(Needs { energy: true, virial: true, ..Needs::default() })?;
+                    }
                     return Ok(Reached::Interrupted);
                 }
             }
