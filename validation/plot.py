@@ -75,7 +75,9 @@ def write(folder: Path, scenes: Sequence[SceneResult]) -> None:
         panel.grid(axis="y", color="0.9", lw=0.6)
         panel.set_axisbelow(True)
     decades = range(-15, -2, 2)
-    axes[0].set_yticks([_ZERO, *(10.0**decade for decade in decades)], ["$\\leq 10^{-17}$", *(f"$10^{{{d}}}$" for d in decades)])
+    axes[0].set_yticks(
+        [_ZERO, *(10.0**decade for decade in decades)], ["$\\leq 10^{-17}$", *(f"$10^{{{d}}}$" for d in decades)]
+    )
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(scenes), frameon=False)
     figure.savefig(folder / "validation.png", dpi=150)
     figure.savefig(folder / "validation.svg", metadata={"Date": None})
