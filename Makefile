@@ -27,7 +27,7 @@ help: ## list the targets
 
 run: build ## build, then run the main scene, inputs/melt.in (its files go to output/)
 	@mkdir -p output
-	$(TARGET)/release/octant run inputs/melt.in --log output/log.octant
+	$(TARGET)/release/octant run inputs/melt.in -v out=output --log output/log.octant
 
 build: $(VENV)/.ready ## build the release binary
 	cargo build $(FLAGS)
@@ -39,7 +39,6 @@ test-rust: $(VENV)/.ready ## Rust tests, with chemfiles
 
 # A target folder of its own, so that neither build throws the other's binary away.
 test-minimal: check-tools ## Rust tests without chemfiles and CMake, with overflow checks and debug assertions
-	cargo build --no-default-features --target-dir $(TARGET)/minimal
 	cargo test --no-default-features --target-dir $(TARGET)/minimal
 
 test-python: build ## Python tests: comparison with LAMMPS, logs and trajectories as other tools read them, the README

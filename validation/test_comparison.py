@@ -88,9 +88,8 @@ def test_check_runs_nothing(scene: Scene, tmp_path: Path) -> None:
 
 
 def test_main_scene_as_the_readme_runs_it(tmp_path: Path) -> None:
-    (tmp_path / "output").mkdir()
     done = call("run", INPUTS / "melt.in", "-v", "size=5", "-v", "steps=100", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert (tmp_path / "output" / "melt.nc").stat().st_size > 0
+    assert (tmp_path / "melt.nc").stat().st_size > 0
     assert (tmp_path / "log.octant").is_file()
     assert "melt.nc" in done.stdout + done.stderr

@@ -26,7 +26,7 @@ def test_install_to_plot_in_ten_lines(tmp_path: Path) -> None:
     assert len(lines) <= 10
     assert lines[0].split("#")[0].strip() == "make run"
     (tmp_path / "output").mkdir()
-    done = call("run", ROOT / "inputs" / "melt.in", "-v", "size=6", "-v", "steps=100", cwd=tmp_path)
+    done = call("run", ROOT / "inputs" / "melt.in", "-v", "out=output", "-v", "size=6", "-v", "steps=100", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     (tmp_path / ".venv" / "bin").mkdir(parents=True)
     (tmp_path / ".venv" / "bin" / "python").write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n')

@@ -55,22 +55,23 @@ impl Live<'_> {
 
     /// The last lines: wall time, what was written and how fast; and the JSON report.
     pub fn finish(&mut self, outcome: Outcome) -> Result<(), Error> {
-        self.console.line(&wall_time_line(self.started.elapsed().as_secs_f64()));
-        let timing = &self.report.timing;
         if outcome == Outcome::Interrupted {
             self.console.line("Interrupted: the step was finished, all files are whole");
         }
+        // Logs end with the wall time, as LAMMPS's do; the summary is for whoever sits at the screen.
+        self.console.line(&wall_time_line(self.started.elapsed().as_secs_f64()));
+        let timing = &self.report.timing;
         if self.steps > 0 {
             let rate = timing.steps_per_s * self.report.atoms as f64 / 1e6;
             let text = format!("{:.1} steps/s, {rate:.3} million atom-steps/s", timing.steps_per_s);
-            self.console.line(&format!("Ran {} steps of {} atoms: {text}", self.steps, self.report.atoms));
+            self.console.screen_only(&format!("Ran {} steps of {} atoms: {text}", self.steps, self.report.atoms));
         }
         for file in &self.files {
             let size = indicatif::HumanBytes(file.bytes);
-            self.console.line(&format!("Wrote {}: {}, {} snapshots, {size}", file.path, file.format, file.frames));
+            self.console.screen_only(&format!("Wrote {}: {}, {} snapshots, {size}", file.path, file.format, file.frames));
         }
         if let Some(log) = self.console.log_path().map(|p| p.display().to_string()) {
-            self.console.line(&format!("Wrote {log}: log"));
+            self.console.screen_only(&format!("Wrote {log}: log"));
         }
         self.console.flush();
         if let Some(fault) = self.console.take_fault() {
