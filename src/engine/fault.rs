@@ -26,7 +26,9 @@ pub struct Fault {
     pub position: Vec3,
     /// How many particles are at fault.
     pub count: usize,
-    /// Id of the nearest particle and its distance.
+    /// Where the particle was when it last had neighbors, if it has none now: it was thrown out of the box or has no position.
+    pub before: Option<(i64, Vec3)>,
+    /// Id of the nearest particle and its distance, now or then.
     pub nearest: Option<(u32, f64)>,
     /// The state at the last list build, if there was one.
     pub last_good: Option<Box<GoodState>>,
@@ -47,11 +49,15 @@ impl fmt::Display for Fault {
             FaultKind::Position => "non-finite position or velocity of",
             FaultKind::Lost => "lost",
         };
-        let p = &self.position;
-        write!(f, "step {}: {what} atom {} at ({}, {}, {})", self.step, self.id, p.x, p.y, p.z)?;
+        let point = |p: &Vec3| format!("({}, {}, {})", Short(p.x), Short(p.y), Short(p.z));
+        write!(f, "step {}: {what} atom {} at {}", self.step, self.id, point(&self.position))?;
+        if let Some((step, x)) = &self.before {
+            write!(f, "; at step {step} it was at {}", point(x))?;
+        }
+        let is = if self.before.is_some() { "was" } else { "is" };
         match self.nearest {
-            Some((id, distance)) => write!(f, "; nearest is atom {id} at distance {distance}")?,
-            None => write!(f, "; no other atom has a position")?,
+            Some((id, distance)) => write!(f, "; nearest {is} atom {id} at distance {}", Short(distance))?,
+            None => write!(f, "; there {is} no other atom with a position")?,
         }
         match self.count {
             0 | 1 => Ok(()),
@@ -61,6 +67,18 @@ impl fmt::Display for Fault {
 }
 
 impl std::error::Error for Fault {}
+
+/// A number in full, but never with hundreds of zeros.
+struct Short(f64);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0.abs() {
+            0.0 | 1e-5..1e15 => write!(f, "{}", self.0),
+            _ => write!(f, "{:e}", self.0),
+        }
+    }
+}
 
 /// Nearest other particle to `position` among those with finite positions, by minimum image.
 pub fn nearest(state: &State, simulation_box: &SimulationBox, id: u32, position: &Vec3) -> Option<(u32, f64)> {

@@ -75,6 +75,8 @@ impl Axis {
         let fits = !periodic || edge >= 2.0 * reach;
         let reach = match octant {
             Some(trimmed) if fits => Reach::Octant { trimmed },
+            // Beyond the ends of a free axis there is nothing to look into.
+            _ if !periodic => Reach::Cells(((reach / edge).ceil() as i64).clamp(1, cells)),
             _ => Reach::Cells(((reach / edge).ceil() as i64).max(1)),
         };
         Self { lo, edge, inverse_edge: 1.0 / edge, cells, periodic, reach }

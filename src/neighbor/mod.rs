@@ -2,6 +2,7 @@
 
 pub mod axis;
 pub mod cells;
+pub mod estimate;
 pub mod policy;
 pub mod search;
 

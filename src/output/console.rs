@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
 
-use super::writable::check_writable;
+use super::writable::why_unwritable;
 use crate::Error;
 
 /// Writes lines to the screen and to the log file, with the rules of LAMMPS's `echo` and `log` commands: a script's lines go
@@ -186,7 +186,7 @@ impl Console {
     /// Closes the log file, if there is one, and goes on in another (`log FILE [append]`).
     pub fn open_log(&mut self, path: &Path, append: bool) -> Result<(), Error> {
         if self.discards || self.queue.is_some() {
-            check_writable(path).map_err(|why| Error::file(path, "cannot write", std::io::Error::other(why)))?;
+            why_unwritable(path).map_err(|why| Error::file(path, "cannot write", std::io::Error::other(why)))?;
         }
         if self.discards {
             return Ok(());

@@ -5,39 +5,37 @@ use std::path::Path;
 /// Says why `path` could not be created or overwritten; creates nothing. The answer is a forecast: disks fill, folders go.
 pub fn check_writable(path: impl AsRef<Path>) -> Result<(), String> {
     let path = path.as_ref();
-    let shown = path.display();
     if path.as_os_str().is_empty() {
         return Err("expected a file name, got an empty one".into());
     }
+    why_unwritable(path).map_err(|why| format!("cannot write '{}': {why}", path.display()))
+}
+
+/// [`check_writable`]'s reason alone.
+pub fn why_unwritable(path: &Path) -> Result<(), String> {
     match std::fs::metadata(path) {
-        Ok(found) if found.is_dir() => return Err(format!("cannot write '{shown}': it is a folder")),
+        Ok(found) if found.is_dir() => return Err("it is a folder".into()),
         Ok(found) if found.is_file() => {
             // Opening for append changes nothing, not even the time of modification.
-            return std::fs::OpenOptions::new()
-                .append(true)
-                .open(path)
-                .map(|_| ())
-                .map_err(|e| format!("cannot write '{shown}': {e}"));
+            return std::fs::OpenOptions::new().append(true).open(path).map(|_| ()).map_err(|e| e.to_string());
         }
         // Pipes and devices: opening one may block.
         Ok(_) => return Ok(()),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => (),
-        Err(e) => return Err(format!("cannot write '{shown}': {e}")),
+        Err(e) => return Err(e.to_string()),
     }
     if path.file_name().is_none() || path.to_string_lossy().ends_with('/') {
-        return Err(format!("cannot write '{shown}': it is not a file name"));
+        return Err("it is not a file name".into());
     }
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
     match std::fs::metadata(folder) {
-        Ok(found) if !found.is_dir() => Err(format!("cannot write '{shown}': '{}' is not a folder", folder.display())),
-        Ok(found) if found.permissions().readonly() => {
-            Err(format!("cannot write '{shown}': the folder '{}' is read-only", folder.display()))
-        }
+        Ok(found) if !found.is_dir() => Err(format!("'{}' is not a folder", folder.display())),
+        Ok(found) if found.permissions().readonly() => Err(format!("the folder '{}' is read-only", folder.display())),
         Ok(_) => Ok(()),
-        Err(e) => Err(format!("cannot write '{shown}': the folder '{}': {e}", folder.display())),
+        Err(e) => Err(format!("the folder '{}': {e}", folder.display())),
     }
 }
 

@@ -3,11 +3,12 @@
 use super::{CreateContext, Groups, Lattice, Regions, VelocityContext};
 use crate::dynamics::{Fix, parse_fix};
 use crate::engine::{LostAtoms, Program, StorageSort};
+use crate::neighbor::estimate::estimate;
 use crate::neighbor::{Policy, Search};
 use crate::pair::PairCoefficients;
 use crate::script::command::{create_atoms, create_box, group, lattice, mass, region, velocity};
 use crate::script::{Args, Complaint, Name};
-use crate::system::{Side, SimulationBox, State, Units, Vec3};
+use crate::system::{Side, SimulationBox, State, Units, Vec3, memory};
 
 /// Lines for the log.
 pub type Messages = Vec<String>;
@@ -239,11 +240,19 @@ impl SceneBuilder {
         if self.state.is_empty() {
             return Err(Complaint::new(0, "there are no atoms").with_help("create_atoms or read_data makes them"));
         }
+        let Policy { every, delay, .. } = self.policy;
+        if !delay.is_multiple_of(every.max(1)) {
+            let message =
+                format!("neigh_modify: delay must be a multiple of every, got delay {delay} and every {every}");
+            return Err(Complaint::new(0, message));
+        }
         let masses = super::mass::all_masses(&self.masses).map_err(|m| Complaint::new(0, m))?;
         let (table, mixed, mixable) = pair.complete().map_err(|m| Complaint::new(0, m))?;
         if table.largest_cutoff() <= 0.0 {
             return Err(Complaint::new(0, "all pair cutoffs are 0"));
         }
+        let space = self.space()?;
+        list_fits(&self.state, space, table.largest_cutoff() + self.policy.skin)?;
         let program = Program {
             units: *self.units,
             pair: table,
@@ -257,6 +266,19 @@ impl SceneBuilder {
         };
         Ok((program, mixed, mixable))
     }
+}
+
+/// Refuses a cutoff for which the neighbor list would not fit in memory.
+pub fn list_fits(state: &State, space: &SimulationBox, radius: f64) -> Result<(), Complaint> {
+    let list = estimate(state, space, radius);
+    if list.bytes <= memory::available() as f64 {
+        return Ok(());
+    }
+    let (pairs, bytes) = (list.entries / 2.0, list.bytes);
+    let message = format!(
+        "about {pairs:.0e} pairs lie within cutoff and skin; their list ({bytes:.0e} bytes) does not fit in memory"
+    );
+    Err(Complaint::new(0, message))
 }
 
 /// `%.8g`, LAMMPS's way of printing lengths in the log.

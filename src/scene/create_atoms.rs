@@ -4,7 +4,7 @@ use super::lattice::Lattice;
 use super::region::{Region, Regions};
 use crate::script::Complaint;
 use crate::script::command::create_atoms::{CreateAtomsCommand, CreateAtomsStyle, STYLE_WORD, TYPE_WORD};
-use crate::system::{RanPark, SimulationBox, State, Vec3};
+use crate::system::{RanPark, SimulationBox, State, Vec3, memory};
 
 /// What there is before atoms are created.
 #[derive(Clone, Copy, Debug)]
@@ -23,7 +23,7 @@ const WARMUP: usize = 30;
 /// Tries at a random position before an atom is given up.
 const MAX_TRIES: usize = 1000;
 /// Lattice points we are willing to look at.
-const MAX_POINTS: f64 = 1.0e11;
+const MAX_POINTS: f64 = 1.0e10;
 
 /// Creates atoms and returns how many; their ids follow the largest there is.
 /// With `random` and a region, fewer than asked for may fit; the caller can compare.
@@ -36,7 +36,7 @@ pub fn create_atoms(
     check_type(command.kind, context.types, TYPE_WORD)?;
     let site_types = site_types(command, context)?;
     let start = state.len();
-    let mut ids = Ids { next: state.max_id() };
+    let mut ids = Ids::new(state);
     match &command.style {
         CreateAtomsStyle::Box => on_lattice(context, None, &site_types, &mut ids, state)?,
         CreateAtomsStyle::Region(name) => {
@@ -63,16 +63,30 @@ pub fn create_atoms(
 /// Ids given out one after another; LAMMPS's are positive 32-bit numbers.
 struct Ids {
     next: u32,
+    /// Atoms that memory has room for.
+    room: u64,
 }
 
 impl Ids {
+    fn new(state: &State) -> Self {
+        Self { next: state.max_id(), room: memory::available() / memory::BYTES_PER_ATOM }
+    }
+
     fn take(&mut self) -> Result<u32, Complaint> {
+        let Some(room) = self.room.checked_sub(1) else {
+            return Err(too_many("more atoms than fit in memory are needed".into()));
+        };
+        self.room = room;
         if self.next >= i32::MAX as u32 {
-            return Err(Complaint::new(STYLE_WORD, format!("more than {} atom ids are needed", i32::MAX)));
+            return Err(too_many(format!("more than {} atom ids are needed", i32::MAX)));
         }
         self.next += 1;
         Ok(self.next)
     }
+}
+
+fn too_many(message: String) -> Complaint {
+    Complaint::new(STYLE_WORD, message)
 }
 
 fn check_type(kind: u32, types: usize, word: usize) -> Result<(), Complaint> {
@@ -165,6 +179,12 @@ fn at_random(
     }
     if (0..3).any(|a| lo[a] > hi[a]) {
         return Err(Complaint::new(STYLE_WORD, "the region does not overlap the box"));
+    }
+    if count as u64 + u64::from(ids.next) > i32::MAX as u64 {
+        return Err(too_many(format!("more than {} atom ids are needed", i32::MAX)));
+    }
+    if count as u64 > ids.room {
+        return Err(too_many(format!("{count} atoms do not fit in memory")));
     }
     let mut random = RanPark::new(seed);
     random.skip(WARMUP);

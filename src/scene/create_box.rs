@@ -23,12 +23,20 @@ pub fn create_box(
 /// What is wrong with the bounds of a box, if anything.
 pub(super) fn check_bounds(lo: &Vec3, hi: &Vec3) -> Result<(), String> {
     const LARGEST: f64 = 1.0e15;
+    /// Volumes and pressures must stay numbers.
+    const THINNEST: f64 = 1.0e-50;
+    /// Positions must differ inside the box: an edge is at least this part of its coordinates.
+    const RESOLUTION: f64 = 1.0e-10;
     for (axis, name) in ["x", "y", "z"].iter().enumerate() {
         if !(lo[axis] < hi[axis] && (hi[axis] - lo[axis]).is_finite()) {
-            return Err(format!("the box has no extent along {name}: it goes from {} to {}", lo[axis], hi[axis]));
+            return Err(format!("the box has no extent along {name}: it goes from {:?} to {:?}", lo[axis], hi[axis]));
         }
         if lo[axis] < -LARGEST || hi[axis] > LARGEST {
-            return Err(format!("the box is too large along {name}: it goes from {} to {}", lo[axis], hi[axis]));
+            return Err(format!("the box is too large along {name}: it goes from {:?} to {:?}", lo[axis], hi[axis]));
+        }
+        let coordinate = lo[axis].abs().max(hi[axis].abs());
+        if hi[axis] - lo[axis] < THINNEST.max(RESOLUTION * coordinate) {
+            return Err(format!("the box is too thin along {name}: it goes from {:?} to {:?}", lo[axis], hi[axis]));
         }
     }
     Ok(())

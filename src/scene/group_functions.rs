@@ -34,6 +34,11 @@ const FUNCTIONS: [(&str, bool); 12] = [
     ("omega", true),
 ];
 
+/// Whether there is a group function of that name.
+pub fn is_group_function(function: &str) -> bool {
+    FUNCTIONS.iter().any(|(name, _)| *name == function)
+}
+
 /// Value of a group function, `Ok(None)` where there is no such function. The last argument may be a region, to which the group
 /// is then confined. Errors, in plain words: wrong arguments, undefined groups or regions, masses that are not set.
 pub fn group_function(function: &str, args: &[&str], context: &GroupContext<'_>) -> Result<Option<f64>, String> {

@@ -15,6 +15,13 @@ pub struct Source {
 }
 
 impl Source {
+    /// A file's text under the name that messages shall show. Bytes that are no UTF-8 become replacement characters; a byte
+    /// order mark, which some editors write, is dropped.
+    pub fn from_bytes(name: impl Into<String>, bytes: &[u8]) -> Arc<Self> {
+        let text = String::from_utf8_lossy(bytes);
+        Self::new(name, text.strip_prefix('\u{feff}').unwrap_or(&text))
+    }
+
     /// Wraps text under the name that messages shall show.
     pub fn new(name: impl Into<String>, text: impl Into<String>) -> Arc<Self> {
         Arc::new(Self { name: name.into(), text: text.into() })

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::environment::facts;
+use super::environment::{AtRunStart, BetweenRuns, facts};
 use super::run::{Outcome, RunError, run, steps};
 use super::{DumpSetup, Live, ScriptState, data};
 use crate::Error;
@@ -81,7 +81,7 @@ pub fn carry_out(
         }
         Command::Log(command) => log(command, pass.console()).map_err(|e| match e {
             Error::File { path, source, .. } => {
-                let message = format!("cannot write {}: {source}", path.display());
+                let message = format!("cannot write '{}': {source}", path.display());
                 statement.complain(Complaint::new(1, message)).into()
             }
             other => other,
@@ -253,6 +253,10 @@ impl ScriptState {
                 if self.dumps.iter().any(|d| d.command.id == c.id) {
                     return Err(Complaint::new(c.id.word, format!("dump ID '{}' is in use", c.id.text)));
                 }
+                if let Some(other) = self.dumps.iter().find(|d| d.command.file.text == c.file.text) {
+                    let message = format!("dump '{}' writes to '{}' already", other.command.id.text, c.file.text);
+                    return Err(Complaint::new(c.file.word, message));
+                }
                 let setup = DumpSetup { command: c.clone(), changes: Vec::new(), group };
                 setup.open(Arc::new(facts(scene)))?;
                 self.dumps.push(setup);
@@ -271,15 +275,29 @@ impl ScriptState {
 
     /// Judges a run: everything it needs is there; time passes, nothing moves.
     fn judge_run(&mut self, command: &crate::script::command::RunCommand) -> Result<(), Complaint> {
-        let (_, last) = steps(command, self.scene.step)?;
+        let (first, last) = steps(command, self.scene.step)?;
         self.scene.program(crate::neighbor::Search::default())?;
+        self.judge_thermo_variables((command.start.unwrap_or(first), command.stop.unwrap_or(last)))?;
         self.scene.step = last;
         self.judged_run = true;
         Ok(())
     }
 
+    /// Formulas of the thermo table must have values at the first step, as far as that can be told.
+    fn judge_thermo_variables(&mut self, range: (i64, i64)) -> Result<(), Complaint> {
+        let per_atom = self.thermo.norm();
+        for (name, _) in ThermoTable::variables(&self.thermo_style) {
+            let scene = BetweenRuns { scene: &self.scene, last_run: None, unknown: true, per_atom };
+            let value = self.interpreter.variable_value(name, &mut AtRunStart { scene, range });
+            value.map_err(|message| Complaint::new(0, format!("thermo column v_{name}: {message}")))?;
+        }
+        Ok(())
+    }
+
     fn pair_style(&mut self, command: &PairStyleCommand) -> Result<Messages, Complaint> {
         let name = &command.style;
+        let known = PairCoefficients::new(&name.text, 0.0, self.scene.masses.len());
+        let fresh = known.map_err(|m| Complaint::new(name.word, m))?;
         let cutoff = match command.args.as_slice() {
             [one] => number(one, "a cutoff")?,
             [] => return Err(Complaint::new(name.word, "expected a cutoff, got the end of the line")),
@@ -293,10 +311,7 @@ impl ScriptState {
         }
         match &mut self.scene.pair {
             Some(pair) if pair.style().name == name.text => pair.reset_cutoff(cutoff),
-            _ => {
-                let pair = PairCoefficients::new(&name.text, cutoff, self.scene.masses.len());
-                self.scene.pair = Some(pair.map_err(|m| Complaint::new(name.word, m))?);
-            }
+            other => other.insert(fresh).reset_cutoff(cutoff),
         }
         Ok(Messages::new())
     }

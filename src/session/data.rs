@@ -25,7 +25,7 @@ pub fn read(script: &mut ScriptState, statement: &Statement, command: &ReadDataC
     let path = &command.path;
     let bytes =
         std::fs::read(&path.text).map_err(|e| complain(path.word, format!("cannot read '{}': {e}", path.text)))?;
-    let source = Source::new(path.text.clone(), String::from_utf8_lossy(&bytes).into_owned());
+    let source = Source::from_bytes(path.text.clone(), &bytes);
     let file = read_data(&source, script.scene.sides)?;
     let lines = vec![
         "Reading data file ...".into(),

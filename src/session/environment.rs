@@ -4,7 +4,7 @@ use crate::engine::{NeighborStatistics, Snapshot, Sums};
 use crate::output::SceneFacts;
 use crate::output::quantities::{Quantities, keyword};
 use crate::scene::SceneBuilder;
-use crate::scene::group_functions::{GroupContext, group_function};
+use crate::scene::group_functions::{GroupContext, group_function, is_group_function};
 use crate::script::{Environment, Quantity};
 use crate::system::temperature::sum_mass_velocity_squared;
 use crate::system::{SimulationBox, State};
@@ -78,11 +78,35 @@ impl Environment for BetweenRuns<'_> {
 
     fn group(&mut self, function: &str, args: &[&str]) -> Result<Option<Quantity>, String> {
         let Some(space) = &self.scene.space else {
+            if !is_group_function(function) {
+                return Ok(None);
+            }
             return Err(format!("group function {function}() before there is a simulation box"));
         };
         let value = evaluate_group(function, args, self.scene, &self.scene.state, space)?;
         let known = !self.unknown || matches!(function, "count" | "mass");
         Ok(value.map(|value| Quantity { value: if known { value } else { STAND_IN }, known }))
+    }
+}
+
+/// The scene when a run is judged.
+pub struct AtRunStart<'a> {
+    pub scene: BetweenRuns<'a>,
+    /// First and last step that formulas of time count from and to.
+    pub range: (i64, i64),
+}
+
+impl Environment for AtRunStart<'_> {
+    fn run_range(&mut self) -> (i64, i64) {
+        self.range
+    }
+
+    fn thermo(&mut self, name: &str) -> Result<Option<Quantity>, String> {
+        self.scene.thermo(name)
+    }
+
+    fn group(&mut self, function: &str, args: &[&str]) -> Result<Option<Quantity>, String> {
+        self.scene.group(function, args)
     }
 }
 

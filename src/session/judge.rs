@@ -15,6 +15,7 @@ use crate::engine::{Backend, Needs};
 use crate::neighbor::Grid;
 use crate::output::Console;
 use crate::output::Report;
+use crate::scene::builder::list_fits;
 use crate::script::{Command, Source, Statement};
 
 /// What `octant check` says of a good script.
@@ -36,7 +37,7 @@ impl fmt::Display for Judged {
 /// Reads a script file.
 fn read(script: &Path) -> Result<Arc<Source>, Error> {
     let bytes = std::fs::read(script).map_err(|e| Error::file(script, "cannot read", e))?;
-    Ok(Source::new(script.display().to_string(), String::from_utf8_lossy(&bytes).into_owned()))
+    Ok(Source::from_bytes(script.display().to_string(), &bytes))
 }
 
 /// The point at which a script first needs more than judging: a run, or a file written.
@@ -186,6 +187,7 @@ pub fn neighbors(script: &Path, settings: &Settings, cutoff: Option<f64>) -> Res
         for pair in &mut program.pair.pairs {
             pair.cutoff = cutoff;
         }
+        list_fits(&state.scene.state, space, cutoff).map_err(|c| Error::Unavailable(c.message))?;
     }
     let radius = program.pair.neighbor_cutoffs(program.policy.skin).into_iter().fold(0.0, f64::max);
     let mut backend = CpuBackend::new(settings.threads)?;

@@ -1,5 +1,6 @@
 //! What is simulated: particles, box, units.
 
+pub mod memory;
 pub mod random;
 pub mod simulation_box;
 pub mod state;

@@ -19,7 +19,7 @@ use crate::system::{SimulationBox, State};
 use force::{PairKernel, PairSums, pair_kernel};
 use list::{List, Membership};
 use motion::{FixKernel, Kicks, fix_kernel, kinetic_sums, moved};
-use particles::Particles;
+use particles::{Lost, Particles};
 
 /// Runs programs on the host's cores.
 pub struct CpuBackend {
@@ -144,7 +144,7 @@ impl Loaded {
         let lost = self.particles.wrap(&self.simulation_box, set_up);
         if !lost.is_empty() {
             if self.program.lost == LostAtoms::Error {
-                return Err(self.fault(FaultKind::Lost, &lost));
+                return Err(self.lost_fault(&lost));
             }
             self.lost += lost.len();
             self.particles.remove(&lost);
@@ -203,7 +203,34 @@ impl Loaded {
             Box::new(GoodState { step: self.held_step, state, simulation_box: self.held_box.clone() })
         });
         let nearest = nearest(&state, &self.simulation_box, id, &position);
-        Fault { kind, step: self.step, id, position, count: places.len(), nearest, last_good }
+        let mut fault =
+            Fault { kind, step: self.step, id, position, count: places.len(), before: None, nearest, last_good };
+        if kind == FaultKind::Position {
+            self.look_back(&mut fault);
+        }
+        fault
+    }
+
+    /// The stop for particles that are no longer in the box.
+    fn lost_fault(&self, lost: &[Lost]) -> Fault {
+        let places: Vec<usize> = lost.iter().map(|one| one.place).collect();
+        let mut fault = self.fault(FaultKind::Lost, &places);
+        if let Some(worst) = lost.iter().find(|one| self.particles.id[one.place] == fault.id) {
+            fault.position = worst.position;
+            if worst.far {
+                self.look_back(&mut fault);
+            }
+        }
+        fault
+    }
+
+    /// A particle far from everything was close to the one that threw it there: names that one.
+    fn look_back(&self, fault: &mut Fault) {
+        let Some(good) = &fault.last_good else { return };
+        let Some(k) = good.state.id.iter().position(|id| *id == fault.id) else { return };
+        let x = good.state.x[k];
+        fault.before = Some((good.step, x));
+        fault.nearest = nearest(&good.state, &good.simulation_box, fault.id, &x);
     }
 
     fn one_step(&mut self, needs: Needs) -> Result<(), Fault> {

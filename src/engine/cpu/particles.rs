@@ -23,6 +23,16 @@ impl Site {
     }
 }
 
+/// A particle that is no longer in the box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lost {
+    pub place: usize,
+    /// Before it was wrapped, length units.
+    pub position: Vec3,
+    /// It has moved farther than the box is long since the last build.
+    pub far: bool,
+}
+
 /// Structure of arrays, sorted by (cell, octant), ties by id. One entry a particle each.
 #[derive(Clone, Debug, Default)]
 pub struct Particles {
@@ -97,25 +107,25 @@ impl Particles {
 
     /// Wraps everything into the box; returns the places of particles that are lost: beyond a fixed side, or, unless this
     /// is a set-up, more than a box length outside (LAMMPS would lose them too).
-    pub fn wrap(&mut self, simulation_box: &SimulationBox, set_up: bool) -> Vec<usize> {
+    pub fn wrap(&mut self, simulation_box: &SimulationBox, set_up: bool) -> Vec<Lost> {
         let wrap_one = |(k, (site, image)): (usize, (&mut Site, &mut [i32; 3]))| {
             let mut x = site.position();
-            let before = *image;
+            let (from, before) = (x, *image);
             simulation_box.wrap(&mut x, image);
             site.x = x.into();
             let far = !set_up && (0..3).any(|a| image[a].abs_diff(before[a]) > 1);
-            (far || simulation_box.beyond_fixed_side(&x)).then_some(k)
+            (far || simulation_box.beyond_fixed_side(&x)).then_some(Lost { place: k, position: from, far })
         };
         let pairs = self.site.par_iter_mut().with_min_len(4096).zip(self.image.par_iter_mut());
         pairs.enumerate().filter_map(wrap_one).collect()
     }
 
     /// Removes particles (ascending places) as LAMMPS does: in storage order, the last particle fills each hole.
-    pub fn remove(&mut self, lost: &[usize]) {
+    pub fn remove(&mut self, lost: &[Lost]) {
         let n = self.len();
         let mut gone = vec![false; n];
-        for k in lost {
-            gone[self.site[*k].home as usize] = true;
+        for one in lost {
+            gone[self.site[one.place].home as usize] = true;
         }
         let mut storage: Vec<usize> = (0..n).collect();
         let mut k = 0;

@@ -44,13 +44,22 @@ pub fn read_header<'a>(lines: &mut Lines<'a>) -> Result<(Header, Option<Line<'a>
     let title = lines.title();
     let (mut atoms, mut types) = (None, None);
     let mut bounds: [Option<(f64, f64)>; 3] = [None; 3];
+    let mut last_bounds = None;
     let after = loop {
         let Some(line) = lines.next() else { break None };
         let Some(keyword) = keyword(line.text) else { break Some(line) };
         let mut fields = lines.fields(SECTION, line);
         if let Some(axis) = AXES.iter().position(|a| *a == keyword) {
-            bounds[axis] =
-                Some((fields.number("the low side of the box")?.0, fields.number("the high side of the box")?.0));
+            let (low, high) =
+                (fields.number("the low side of the box")?.0, fields.number("the high side of the box")?.0);
+            if low >= high {
+                let name = &AXES[axis][..1];
+                let message =
+                    format!("{SECTION}: the box has no extent along {name}: it goes from {low:?} to {high:?}");
+                return Err(lines.error(line.text, message));
+            }
+            bounds[axis] = Some((low, high));
+            last_bounds = Some(line);
         } else if keyword == "atoms" {
             atoms = Some(fields.integer("the number of atoms", 0, i32::MAX as usize)?.0);
         } else if keyword == "atom types" {
@@ -86,7 +95,7 @@ pub fn read_header<'a>(lines: &mut Lines<'a>) -> Result<(Header, Option<Line<'a>
     for axis in 0..3 {
         (lo[axis], hi[axis]) = bounds[axis].ok_or_else(|| missing(AXES[axis]))?;
     }
-    check_bounds(&lo, &hi).map_err(|message| match after {
+    check_bounds(&lo, &hi).map_err(|message| match last_bounds {
         Some(line) => lines.error(line.text, format!("{SECTION}: {message}")),
         None => lines.error_at_end(format!("{SECTION}: {message}")),
     })?;

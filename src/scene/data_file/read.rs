@@ -67,7 +67,7 @@ pub fn read_data(source: &Arc<Source>, sides: [[Side; 2]; 3]) -> Result<DataFile
     let mut seen: Vec<&str> = Vec::new();
     let mut atoms_by_id = Vec::new();
     while let Some(title) = next {
-        let section = section_name(&lines, title)?;
+        let section = section_name(&lines, title, seen.last().copied())?;
         if seen.contains(&section) {
             return Err(lines.error(title.text, format!("section {section} stands here a second time")));
         }
@@ -96,8 +96,8 @@ pub fn read_data(source: &Arc<Source>, sides: [[Side; 2]; 3]) -> Result<DataFile
     Ok(file)
 }
 
-/// The section a line opens.
-fn section_name(lines: &Lines<'_>, title: Line<'_>) -> Result<&'static str, InputError> {
+/// The section a line opens; `last` is the one before it.
+fn section_name(lines: &Lines<'_>, title: Line<'_>, last: Option<&str>) -> Result<&'static str, InputError> {
     let name = title.text.split_ascii_whitespace().collect::<Vec<_>>().join(" ");
     if let Some(section) = SECTIONS.iter().find(|s| **s == name) {
         return Ok(section);
@@ -106,6 +106,10 @@ fn section_name(lines: &Lines<'_>, title: Line<'_>) -> Result<&'static str, Inpu
         format!("section {name} is not part of octant")
     } else {
         let shown: String = name.chars().take(40).collect();
+        if let Some(last) = last.filter(|_| shown.starts_with(|c: char| !c.is_ascii_alphabetic())) {
+            let message = format!("{last}: expected the end of the section, got '{shown}'");
+            return Err(lines.error(title.text, message).with_help("are the counts in the header right?"));
+        }
         format!("expected a section, one of {}, got '{shown}'", SECTIONS.join(", "))
     };
     Err(lines.error(title.text, message))
@@ -123,7 +127,7 @@ fn section_line<'a>(
         return Err(lines.error_at_end(format!("{} the end of the file after {read}", wanted())));
     };
     // Numbers start every line, so that a letter means the next section.
-    if line.text.starts_with(|c: char| c.is_ascii_uppercase()) && section_name(lines, line).is_ok() {
+    if line.text.starts_with(|c: char| c.is_ascii_uppercase()) && section_name(lines, line, None).is_ok() {
         return Err(lines.error(line.text, format!("{} section {} after {read}", wanted(), line.text)));
     }
     Ok(line)
