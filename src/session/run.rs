@@ -52,10 +52,10 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     facts.counting_from = command.start;
     script.thermo.start_run(script.scene.space()?.shrinks());
     let schedule = ThermoSchedule { every: script.thermo_every, first };
-    let facts = Arc::new(facts);
-    open_dumps(script, live, &facts)?;
-
     let keep = !command.pre && script.continues;
+    facts.thermal_atoms = script.last_run.as_ref().filter(|_| keep).map(|r| r.thermal_atoms);
+    open_dumps(script, live, &Arc::new(facts.clone()))?;
+
     let thermo_needs = script.thermo.needs();
     let mut first_needs = thermo_needs;
     for (_, dump) in &live.dumps {
@@ -63,14 +63,16 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     }
     let program = Arc::new(program);
     if keep {
-        live.backend.continue_run();
+        live.backend.continue_run(&program, &script.scene.state, first);
     } else {
         set_up_messages(&program, mixed, mixable, script, live);
         let space = script.scene.space()?;
         live.backend.load(program.clone(), &script.scene.state, space, first);
         let set_up = live.backend.set_up(first_needs);
         set_up.map_err(|fault| stop(fault, script, live, &program))?;
+        facts.thermal_atoms = Some(script.scene.state.len() - live.backend.lost());
     }
+    let facts = Arc::new(facts);
     live.console.line(&memory_line(live.backend.bytes() as u64));
     for line in script.thermo.header() {
         live.console.line(&line);
@@ -193,7 +195,13 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
         }
     }
     live.report_run(&summary);
-    script.last_run = Some(LastRun { sums, neighbors: summary.neighbors, first_step: first, seconds: loop_seconds });
+    script.last_run = Some(LastRun {
+        sums,
+        neighbors: summary.neighbors,
+        first_step: first,
+        seconds: loop_seconds,
+        thermal_atoms: facts.thermal_atoms.unwrap_or(summary.atoms),
+    });
     script.continues = true;
     if let Some(fault) = live.console.take_fault() {
         return Err(fault.into());
@@ -264,6 +272,7 @@ fn open_dumps(script: &ScriptState, live: &mut Live<'_>, facts: &Arc<SceneFacts>
     }
     for (_, dump) in &mut live.dumps {
         dump.set_facts(facts.clone());
+        dump.open()?;
     }
     Ok(())
 }

@@ -52,6 +52,16 @@ impl Particles {
         self.id.len()
     }
 
+    /// Takes velocities and groups over from a state of the same particles.
+    pub fn take_over_motion(&mut self, state: &State) {
+        for ((site, v), mask) in self.site.iter().zip(&mut self.v).zip(&mut self.mask) {
+            let home = site.home as usize;
+            if let (Some(new_v), Some(new_mask)) = (state.v.get(home), state.mask.get(home)) {
+                (*v, *mask) = (*new_v, *new_mask);
+            }
+        }
+    }
+
     /// Writes everything back in storage order.
     pub fn store(&self, state: &mut State) {
         let n = self.len();
@@ -110,20 +120,27 @@ impl Particles {
         pairs.enumerate().filter_map(wrap_one).collect()
     }
 
-    /// Removes particles (ascending places) as LAMMPS does: in storage order, the last particle fills each hole.
-    pub fn remove(&mut self, lost: &[usize]) {
+    /// Removes particles (ascending places) as LAMMPS does: axis after axis those that are beyond it, in storage order, the
+    /// last particle filling each hole.
+    pub fn remove(&mut self, lost: &[usize], simulation_box: &SimulationBox) {
         let n = self.len();
-        let mut gone = vec![false; n];
+        // The pass that takes a particle out; the last takes who only moved too far.
+        const NEVER: usize = 4;
+        let mut pass = vec![NEVER; n];
         for k in lost {
-            gone[self.site[*k].home as usize] = true;
+            let x = self.site[*k].position();
+            let axis = (0..3).find(|axis| simulation_box.beyond_side_of(*axis, &x));
+            pass[self.site[*k].home as usize] = axis.unwrap_or(3);
         }
         let mut storage: Vec<usize> = (0..n).collect();
-        let mut k = 0;
-        while k < storage.len() {
-            if gone[storage[k]] {
-                storage.swap_remove(k);
-            } else {
-                k += 1;
+        for now in 0..NEVER {
+            let mut k = 0;
+            while k < storage.len() {
+                if pass[storage[k]] == now {
+                    storage.swap_remove(k);
+                } else {
+                    k += 1;
+                }
             }
         }
         let mut home = vec![u32::MAX; n];

@@ -35,6 +35,8 @@ pub trait DumpObserver: Observer {
     fn modify(&mut self, command: &DumpModifyCommand) -> Result<(), Complaint>;
     /// Constants of the run that begins; to be called before every run.
     fn set_facts(&mut self, facts: Arc<SceneFacts>);
+    /// Opens the file where the format allows it before there is a snapshot; to be called when a run begins.
+    fn open(&mut self) -> Result<(), Error>;
     /// Completes the file. The dump may go on (and then appends); dropping a dump closes it too, silently.
     fn close(&mut self) -> Result<(), Error>;
     /// What has been written so far.
@@ -53,6 +55,10 @@ pub(super) trait SnapshotWriter {
     fn write(&mut self, frame: &Frame<'_>, console: &mut Console) -> Result<(), Error>;
     /// The value that `sort COLUMN` (from 0) compares.
     fn sort_value(&self, column: usize, frame: &Frame<'_>, atom: usize) -> f64;
+    /// Opens the file, if it can be opened without a snapshot.
+    fn open(&mut self) -> Result<(), Error> {
+        Ok(())
+    }
     fn close(&mut self) -> Result<(), Error>;
     fn report(&self) -> WrittenFile;
 }
@@ -110,7 +116,7 @@ struct Dump {
 }
 
 /// Makes the dump of a `dump` command for the atoms of a group (bits of `State::mask`). Judges only: the file is opened
-/// when the first snapshot is written.
+/// when a run begins.
 pub fn open_dump(
     command: &DumpCommand,
     group_mask: u32,
@@ -221,6 +227,10 @@ impl DumpObserver for Dump {
 
     fn set_facts(&mut self, facts: Arc<SceneFacts>) {
         self.facts = facts;
+    }
+
+    fn open(&mut self) -> Result<(), Error> {
+        self.writer.open()
     }
 
     fn close(&mut self) -> Result<(), Error> {
