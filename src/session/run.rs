@@ -57,7 +57,9 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     open_dumps(script, live, &Arc::new(facts.clone()))?;
 
     let thermo_needs = script.thermo.needs();
-    let mut first_needs = thermo_needs;
+    // Formulas between runs, and a run without set-up, may ask for the sums of the last step.
+    let last_needs = Needs { energy: true, virial: true, ..Needs::default() };
+    let mut first_needs = if first == last { thermo_needs.union(last_needs) } else { thermo_needs };
     for (_, dump) in &live.dumps {
         first_needs = first_needs.union(dump.needs());
     }
@@ -96,12 +98,8 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
         let clock = Instant::now();
         if thermo_due || dump_due.contains(&true) {
             live.backend.fetch(&mut script.scene.state);
-            if keep && now == first {
-                // No forces were computed: the sums of the last run still stand.
-                sums = script.last_run.as_ref().map_or(sums, |r| r.sums);
-            } else {
-                sums = live.backend.sums();
-            }
+            // Without set-up, energy and virial of the last run still stand.
+            sums = live.backend.sums();
             let space = live.backend.simulation_box().clone();
             script.scene.space = Some(space.clone());
             script.scene.step = now;
@@ -147,7 +145,7 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
             let ahead = pace.clamp(1, next - now);
             let mut needs = Needs::default();
             if now + ahead == next {
-                needs = thermo_needs;
+                needs = if next == last { thermo_needs.union(last_needs) } else { thermo_needs };
                 for (_, dump) in live.dumps.iter().filter(|(_, d)| d.next(now, last) == Some(next)) {
                     needs = needs.union(dump.needs());
                 }
@@ -272,7 +270,7 @@ fn open_dumps(script: &ScriptState, live: &mut Live<'_>, facts: &Arc<SceneFacts>
     }
     for (_, dump) in &mut live.dumps {
         dump.set_facts(facts.clone());
-        dump.open()?;
+        dump.begin_run(script.scene.step)?;
     }
     Ok(())
 }

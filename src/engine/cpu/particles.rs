@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::neighbor::{Cells, Grid, Search};
+use crate::system::state::survivors;
 use crate::system::{SimulationBox, State, Vec3};
 
 /// What pair arithmetic reads of a particle, half a cache line.
@@ -132,17 +133,7 @@ impl Particles {
             let axis = (0..3).find(|axis| simulation_box.beyond_side_of(*axis, &x));
             pass[self.site[*k].home as usize] = axis.unwrap_or(3);
         }
-        let mut storage: Vec<usize> = (0..n).collect();
-        for now in 0..NEVER {
-            let mut k = 0;
-            while k < storage.len() {
-                if pass[storage[k]] == now {
-                    storage.swap_remove(k);
-                } else {
-                    k += 1;
-                }
-            }
-        }
+        let storage = survivors(&pass, NEVER);
         let mut home = vec![u32::MAX; n];
         for (new, old) in storage.iter().enumerate() {
             home[*old] = new as u32;

@@ -35,8 +35,9 @@ pub trait DumpObserver: Observer {
     fn modify(&mut self, command: &DumpModifyCommand) -> Result<(), Complaint>;
     /// Constants of the run that begins; to be called before every run.
     fn set_facts(&mut self, facts: Arc<SceneFacts>);
-    /// Opens the file where the format allows it before there is a snapshot; to be called when a run begins.
-    fn open(&mut self) -> Result<(), Error>;
+    /// To be called when a run begins, with its first step: opens the file where the format allows it before there is a
+    /// snapshot.
+    fn begin_run(&mut self, step: i64) -> Result<(), Error>;
     /// Completes the file. The dump may go on (and then appends); dropping a dump closes it too, silently.
     fn close(&mut self) -> Result<(), Error>;
     /// What has been written so far.
@@ -111,6 +112,8 @@ struct Dump {
     sort: SortBy,
     pbc: bool,
     last_written: Option<i64>,
+    /// First step of the run; `first` means a set-up.
+    run_start: Option<i64>,
     facts: Arc<SceneFacts>,
     writer: Box<dyn SnapshotWriter>,
 }
@@ -143,6 +146,7 @@ pub fn open_dump(
         sort: if by_id { SortBy::Id } else { SortBy::Off },
         pbc: false,
         last_written: None,
+        run_start: None,
         facts,
         writer,
     }))
@@ -173,7 +177,7 @@ impl Observer for Dump {
     fn next(&self, after: i64, last: i64) -> Option<i64> {
         // A run's set-up asks from the step before its first: a step that the run before has already written is skipped.
         let after = self.last_written.map_or(after, |written| after.max(written));
-        let begins = self.first && self.last_written.is_none();
+        let begins = self.first && self.last_written.is_none() && after.checked_add(1) == self.run_start;
         let next = match self.delay {
             // A delay wins over `first`.
             Some(delay) if after < delay.saturating_sub(1) => next_multiple(delay - 1, self.every),
@@ -229,7 +233,13 @@ impl DumpObserver for Dump {
         self.facts = facts;
     }
 
-    fn open(&mut self) -> Result<(), Error> {
+    fn begin_run(&mut self, step: i64) -> Result<(), Error> {
+        self.run_start = Some(step);
+        // LAMMPS takes a snapshot that is due at a set-up but delayed for written: `first` has had its chance.
+        let due = (self.first && self.last_written.is_none()) || (self.every > 0 && step % self.every == 0);
+        if due && self.delay.is_some_and(|delay| step < delay) {
+            self.last_written = Some(step);
+        }
         self.writer.open()
     }
 
