@@ -38,8 +38,10 @@ pub trait Backend {
     fn load(&mut self, program: Arc<Program>, state: &State, simulation_box: &SimulationBox, step: i64);
     /// Set-up of a run: wrap, sort, list, forces. Statistics and times start from zero.
     fn set_up(&mut self, needs: Needs) -> Result<(), Fault>;
-    /// Set-up without a new list or new forces (`run pre no`).
-    fn continue_run(&mut self);
+    /// Goes on without set-up (`run pre no`) from `step`: list, forces, coefficients, fixes and skin stay what they were. New
+    /// velocities and groups are taken over, and so are timestep, masses, rebuild policy and what becomes of lost atoms.
+    /// Counts of builds go on.
+    fn continue_run(&mut self, program: &Program, state: &State, step: i64);
     /// Runs `steps` steps; what `needs` asks for is computed at the last of them.
     fn advance(&mut self, steps: u64, needs: Needs, stop: &AtomicBool) -> Result<Reached, Fault>;
     /// Number of the current step.

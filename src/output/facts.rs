@@ -15,12 +15,15 @@ pub struct SceneFacts {
     pub time_origin: (f64, i64),
     /// The step that `elaplong` counts from (`run ... start`), where it is not the first of the run.
     pub counting_from: Option<i64>,
+    /// Atoms after the last set-up: LAMMPS counts degrees of freedom then, and atoms lost later do not change them. `None`:
+    /// those there are.
+    pub thermal_atoms: Option<usize>,
 }
 
 impl SceneFacts {
     /// Facts of a scene whose time began at step 0 and that has no lattice.
     pub fn new(units: &'static Units, masses: Vec<f64>) -> Self {
-        Self { units, masses, lattice: [1.0; 3], time_origin: (0.0, 0), counting_from: None }
+        Self { units, masses, lattice: [1.0; 3], time_origin: (0.0, 0), counting_from: None, thermal_atoms: None }
     }
 
     /// Number of atom types.

@@ -187,15 +187,20 @@ impl<'a> Quantities<'a> {
         if seconds > 0.0 { amount / seconds } else { 0.0 }
     }
 
+    /// Atoms whose degrees of freedom the temperature counts.
+    fn thermal_atoms(&self) -> usize {
+        self.facts.thermal_atoms.unwrap_or(self.snapshot.state.len())
+    }
+
     fn temperature(&self) -> f64 {
         let k = &self.snapshot.sums.kinetic;
-        temperature(k[0] + k[1] + k[2], degrees_of_freedom(self.snapshot.state.len()), self.facts.units)
+        temperature(k[0] + k[1] + k[2], degrees_of_freedom(self.thermal_atoms()), self.facts.units)
     }
 
     /// Scalar pressure: (dof k_B T + W) / (3 V).
     fn pressure(&self) -> f64 {
         let s = self.snapshot;
-        let kinetic = degrees_of_freedom(s.state.len()) * self.facts.units.boltzmann * self.temperature();
+        let kinetic = degrees_of_freedom(self.thermal_atoms()) * self.facts.units.boltzmann * self.temperature();
         let virial = s.sums.virial[0] + s.sums.virial[1] + s.sums.virial[2];
         (kinetic + virial) / 3.0 / s.simulation_box.volume() * self.facts.units.nktv2p
     }
@@ -212,7 +217,7 @@ impl<'a> Quantities<'a> {
     }
 
     fn kinetic(&self) -> f64 {
-        let freedom = degrees_of_freedom(self.snapshot.state.len());
+        let freedom = degrees_of_freedom(self.thermal_atoms());
         self.normalized(self.temperature() * 0.5 * freedom * self.facts.units.boltzmann)
     }
 

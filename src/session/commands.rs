@@ -152,19 +152,16 @@ impl ScriptState {
     fn apply(&mut self, statement: &Statement, command: &Command) -> Result<Messages, Complaint> {
         let scene = &mut self.scene;
         let nothing = Ok(Messages::new());
-        // Commands that change particles or forces make the sums of the last run stale.
-        let leaves_particles = matches!(
+        // A run cannot go on without set-up where there are new atoms or other stages.
+        let needs_set_up = matches!(
             command,
-            Command::Thermo(_)
-                | Command::ThermoStyle(_)
-                | Command::ThermoModify(_)
-                | Command::Dump(_)
-                | Command::Region(_)
-                | Command::Lattice(_)
-                | Command::Group(_)
+            Command::CreateAtoms(_)
+                | Command::PairStyle(_)
+                | Command::Fix(_)
+                | Command::Unfix(_)
+                | Command::AtomModify(_)
         );
-        if !leaves_particles {
-            self.last_run = None;
+        if needs_set_up {
             self.continues = false;
         }
         match command {
@@ -401,7 +398,7 @@ impl ScriptState {
 }
 
 impl DumpSetup {
-    /// Makes the dump with all its settings; its file is opened when the first snapshot is written.
+    /// Makes the dump with all its settings; its file is opened when a run begins.
     pub fn open(&self, facts: Arc<SceneFacts>) -> Result<Box<dyn DumpObserver>, Complaint> {
         let mut dump = open_dump(&self.command, self.group, facts)?;
         for change in &self.changes {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::ScriptState;
 use crate::Error;
-use crate::engine::{GoodState, Program};
+use crate::engine::{GoodState, LostAtoms, Program};
 use crate::neighbor::Search;
 use crate::pair::PairTable;
 use crate::scene::builder::{Messages, describe_box};
@@ -97,7 +97,9 @@ pub fn judge_write(script: &ScriptState) -> Result<(), Complaint> {
 }
 
 /// Carries out `write_data`.
-pub fn write(script: &ScriptState, statement: &Statement, command: &WriteDataCommand) -> Result<(), Error> {
+pub fn write(script: &mut ScriptState, statement: &Statement, command: &WriteDataCommand) -> Result<(), Error> {
+    script.scene.space().map_err(|c| statement.complain(c))?;
+    settle(script).map_err(|c| statement.complain(c))?;
     let space = script.scene.space().map_err(|c| statement.complain(c))?;
     let pair = script.scene.pair.as_ref().and_then(|pair| {
         let (full, lines) = match command.pair {
@@ -113,6 +115,24 @@ pub fn write(script: &ScriptState, statement: &Statement, command: &WriteDataCom
         let message = format!("cannot write '{path}': {e}");
         statement.complain(Complaint::new(command.path.word, message)).into()
     })
+}
+
+/// LAMMPS sets the system up before it writes: atoms are wrapped, sides shrink, lost atoms go, counts of builds are forgotten.
+fn settle(script: &mut ScriptState) -> Result<(), Complaint> {
+    let scene = &mut script.scene;
+    let Some(mut space) = scene.space.clone() else { return Ok(()) };
+    let mut state = scene.state.clone();
+    let gone = state.settle(&mut space);
+    if gone > 0 && scene.lost == LostAtoms::Error {
+        let message = format!("{gone} atoms are lost: they are beyond a fixed side of the box");
+        return Err(Complaint::new(0, message).with_help("thermo_modify lost ignore leaves them out"));
+    }
+    (scene.state, scene.space) = (state, Some(space));
+    if let Some(last) = &mut script.last_run {
+        (last.neighbors.builds, last.neighbors.dangerous) = (0, Some(0));
+    }
+    script.continues = false;
+    Ok(())
 }
 
 /// Writes the state from before a fault, with all coefficients.

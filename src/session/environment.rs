@@ -19,11 +19,14 @@ pub struct LastRun {
     pub neighbors: NeighborStatistics,
     pub first_step: i64,
     pub seconds: f64,
+    /// See [`SceneFacts::thermal_atoms`].
+    pub thermal_atoms: usize,
 }
 
 /// The scene between runs.
 pub struct BetweenRuns<'a> {
     pub scene: &'a SceneBuilder,
+    /// Its sums stand until the next run, whatever is done to the atoms, as in LAMMPS.
     pub last_run: Option<&'a LastRun>,
     /// The script is judged and a run lies behind: what depends on it is unknown.
     pub unknown: bool,
@@ -53,10 +56,11 @@ impl Environment for BetweenRuns<'_> {
             return Ok(Some(Quantity { value: STAND_IN, known: false }));
         }
         if dynamic && self.last_run.is_none() {
-            return Err(format!("thermo keyword '{name}' needs forces, which are current only right after a run"));
+            return Err(format!("thermo keyword '{name}' needs forces, which the first run computes"));
         }
         let scene = self.scene;
-        let facts = facts(scene);
+        let mut facts = facts(scene);
+        facts.thermal_atoms = self.last_run.map(|r| r.thermal_atoms);
         let mut sums = self.last_run.map_or(Sums::default(), |r| r.sums);
         if self.last_run.is_none() {
             sums.kinetic[0] = sum_mass_velocity_squared(&scene.state, &facts.masses, 1);

@@ -52,25 +52,29 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     facts.counting_from = command.start;
     script.thermo.start_run(script.scene.space()?.shrinks());
     let schedule = ThermoSchedule { every: script.thermo_every, first };
-    let facts = Arc::new(facts);
-    open_dumps(script, live, &facts)?;
-
     let keep = !command.pre && script.continues;
+    facts.thermal_atoms = script.last_run.as_ref().filter(|_| keep).map(|r| r.thermal_atoms);
+    open_dumps(script, live, &Arc::new(facts.clone()))?;
+
     let thermo_needs = script.thermo.needs();
-    let mut first_needs = thermo_needs;
+    // Formulas between runs, and a run without set-up, may ask for the sums of the last step.
+    let last_needs = Needs { energy: true, virial: true, ..Needs::default() };
+    let mut first_needs = if first == last { thermo_needs.union(last_needs) } else { thermo_needs };
     for (_, dump) in &live.dumps {
         first_needs = first_needs.union(dump.needs());
     }
     let program = Arc::new(program);
     if keep {
-        live.backend.continue_run();
+        live.backend.continue_run(&program, &script.scene.state, first);
     } else {
         set_up_messages(&program, mixed, mixable, script, live);
         let space = script.scene.space()?;
         live.backend.load(program.clone(), &script.scene.state, space, first);
         let set_up = live.backend.set_up(first_needs);
         set_up.map_err(|fault| stop(fault, script, live, &program))?;
+        facts.thermal_atoms = Some(script.scene.state.len() - live.backend.lost());
     }
+    let facts = Arc::new(facts);
     live.console.line(&memory_line(live.backend.bytes() as u64));
     for line in script.thermo.header() {
         live.console.line(&line);
@@ -98,12 +102,8 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
             if end || reads_particles || live.backend.lost() > lost {
                 live.backend.fetch(&mut script.scene.state);
             }
-            if keep && now == first {
-                // No forces were computed: the sums of the last run still stand.
-                sums = script.last_run.as_ref().map_or(sums, |r| r.sums);
-            } else {
-                sums = live.backend.sums();
-            }
+            // Without set-up, energy and virial of the last run still stand.
+            sums = live.backend.sums();
             let space = live.backend.simulation_box().clone();
             script.scene.space = Some(space.clone());
             script.scene.step = now;
@@ -149,7 +149,7 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
             let ahead = pace.clamp(1, next - now);
             let mut needs = Needs::default();
             if now + ahead == next {
-                needs = thermo_needs;
+                needs = if next == last { thermo_needs.union(last_needs) } else { thermo_needs };
                 for (_, dump) in live.dumps.iter().filter(|(_, d)| d.next(now, last) == Some(next)) {
                     needs = needs.union(dump.needs());
                 }
@@ -194,7 +194,13 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
         }
     }
     live.report_run(&summary);
-    script.last_run = Some(LastRun { sums, neighbors: summary.neighbors, first_step: first, seconds: loop_seconds });
+    script.last_run = Some(LastRun {
+        sums,
+        neighbors: summary.neighbors,
+        first_step: first,
+        seconds: loop_seconds,
+        thermal_atoms: facts.thermal_atoms.unwrap_or(summary.atoms),
+    });
     script.continues = true;
     if let Some(fault) = live.console.take_fault() {
         return Err(fault.into());
@@ -265,6 +271,7 @@ fn open_dumps(script: &ScriptState, live: &mut Live<'_>, facts: &Arc<SceneFacts>
     }
     for (_, dump) in &mut live.dumps {
         dump.set_facts(facts.clone());
+        dump.begin_run(script.scene.step)?;
     }
     Ok(())
 }

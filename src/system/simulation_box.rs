@@ -68,7 +68,12 @@ impl SimulationBox {
 
     /// Is the position outside a free axis? (Particles there are lost at the next list build.)
     pub fn beyond_fixed_side(&self, x: &Vec3) -> bool {
-        (0..3).any(|axis| !self.periodic(axis) && !(self.lo[axis]..self.hi[axis]).contains(&x[axis]))
+        (0..3).any(|axis| self.beyond_side_of(axis, x))
+    }
+
+    /// The same for one axis.
+    pub fn beyond_side_of(&self, axis: usize, x: &Vec3) -> bool {
+        !self.periodic(axis) && !(self.lo[axis]..self.hi[axis]).contains(&x[axis])
     }
 
     pub fn periodic(&self, axis: usize) -> bool {

@@ -2,6 +2,8 @@
 
 use nalgebra::Vector3;
 
+use super::simulation_box::SimulationBox;
+
 /// A vector in the box, in the scene's units.
 pub type Vec3 = Vector3<f64>;
 
@@ -59,6 +61,29 @@ impl State {
         self.x.iter().fold((first, first), |(lo, hi), x| (lo.inf(x), hi.sup(x)))
     }
 
+    /// Brings the particles to where a list build would have them: wrapped, the box shrunk around them, those beyond a fixed
+    /// side gone. Returns how many are gone.
+    pub fn settle(&mut self, simulation_box: &mut SimulationBox) -> usize {
+        for (x, image) in self.x.iter_mut().zip(&mut self.image) {
+            simulation_box.wrap(x, image);
+        }
+        simulation_box.shrink_wrap(&self.x);
+        let beyond = |x: &Vec3| (0..3).find(|axis| simulation_box.beyond_side_of(*axis, x)).unwrap_or(3);
+        let pass: Vec<usize> = self.x.iter().map(beyond).collect();
+        let gone = pass.iter().filter(|axis| **axis < 3).count();
+        if gone > 0 {
+            let storage = survivors(&pass, 3);
+            self.id = storage.iter().map(|k| self.id[*k]).collect();
+            self.kind = storage.iter().map(|k| self.kind[*k]).collect();
+            self.x = storage.iter().map(|k| self.x[*k]).collect();
+            self.v = storage.iter().map(|k| self.v[*k]).collect();
+            self.f = storage.iter().map(|k| self.f[*k]).collect();
+            self.image = storage.iter().map(|k| self.image[*k]).collect();
+            self.mask = storage.iter().map(|k| self.mask[*k]).collect();
+        }
+        gone
+    }
+
     /// Storage indices in order of id.
     pub fn order_by_id(&self) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.len()).collect();
@@ -66,5 +91,50 @@ impl State {
             order.sort_unstable_by_key(|&k| self.id[k]);
         }
         order
+    }
+}
+
+/// Storage order after particles are taken out as LAMMPS does: in pass 0, then 1, ... below `passes`, those whose entry in
+/// `pass` it is, the last particle filling each hole. Returns old places.
+pub fn survivors(pass: &[usize], passes: usize) -> Vec<usize> {
+    let mut storage: Vec<usize> = (0..pass.len()).collect();
+    for now in 0..passes {
+        let mut k = 0;
+        while k < storage.len() {
+            if pass[storage[k]] == now {
+                storage.swap_remove(k);
+            } else {
+                k += 1;
+            }
+        }
+    }
+    storage
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::system::Side::{Fixed, Periodic, Shrink};
+
+    #[test]
+    fn holes_are_filled_pass_by_pass() {
+        // Particles 1 and 6 leave along x, 0 along y: 6 is last and goes, 5 fills the hole of 1, then 4 that of 0.
+        assert_eq!(survivors(&[1, 0, 3, 3, 3, 3, 0], 3), [4, 5, 2, 3]);
+        assert_eq!(survivors(&[0, 0], 3), [0; 0]);
+    }
+
+    #[test]
+    fn settling_wraps_shrinks_and_drops() {
+        let mut state = State::default();
+        for (id, x) in [(7, [1.0, 1.0, 4.5]), (3, [5.5, 2.0, 1.0]), (5, [2.0, -1.0, 1.5])] {
+            state.push(id, 1, x.into());
+        }
+        let sides = [[Periodic; 2], [Fixed; 2], [Shrink, Fixed]];
+        let mut simulation_box = SimulationBox::new(Vec3::zeros(), Vec3::new(5.0, 3.0, 5.0), sides);
+        assert_eq!(state.settle(&mut simulation_box), 1);
+        assert_eq!(state.id, [7, 3]);
+        assert_eq!(state.x[1], Vec3::new(0.5, 2.0, 1.0));
+        assert_eq!(state.image[1], [1, 0, 0]);
+        assert_eq!(simulation_box.lo.z, 1.0 - 5.0e-4);
     }
 }

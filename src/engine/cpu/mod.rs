@@ -14,7 +14,7 @@ use super::fault::{Fault, FaultKind, GoodState, nearest};
 use super::observer::{Needs, NeighborStatistics, Sums};
 use super::program::{LostAtoms, Program, StorageSort};
 use crate::Error;
-use crate::neighbor::{Cells, Decision};
+use crate::neighbor::{Cells, Decision, Policy};
 use crate::system::{SimulationBox, State};
 use force::{PairKernel, PairSums, pair_kernel};
 use list::{List, Membership};
@@ -129,6 +129,17 @@ impl Loaded {
         self.seconds = StageSeconds::default();
     }
 
+    /// Takes over what a script may change without a set-up.
+    fn go_on(&mut self, program: &Program, step: i64) {
+        let policy = Policy { skin: self.program.policy.skin, ..program.policy };
+        let (timestep, masses, lost) = (program.timestep, program.masses.clone(), program.lost);
+        self.program = Arc::new(Program { policy, timestep, masses, lost, ..Program::clone(&self.program) });
+        self.half_kicks = self.program.half_kicks();
+        self.statistics.dangerous = policy.check.then(|| self.statistics.dangerous.unwrap_or(0));
+        self.seconds = StageSeconds::default();
+        self.step = step;
+    }
+
     /// Wraps, sorts, lists.
     fn build(&mut self, set_up: bool) -> Result<(), Fault> {
         let broken = self.particles.broken();
@@ -147,7 +158,7 @@ impl Loaded {
                 return Err(self.lost_fault(&lost));
             }
             self.lost += lost.len();
-            self.particles.remove(&lost);
+            self.particles.remove(&lost, &self.simulation_box);
         }
         let radius = self.neighbor_cutoffs.iter().copied().fold(0.0, f64::max);
         self.sort_storage(set_up, radius);
@@ -296,9 +307,10 @@ impl Backend for CpuBackend {
         })
     }
 
-    fn continue_run(&mut self) {
+    fn continue_run(&mut self, program: &Program, state: &State, step: i64) {
         if let Some(loaded) = &mut self.loaded {
-            loaded.reset_statistics();
+            loaded.go_on(program, step);
+            loaded.particles.take_over_motion(state);
         }
     }
 

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::neighbor::{Cells, Grid, Search};
+use crate::system::state::survivors;
 use crate::system::{SimulationBox, State, Vec3};
 
 /// What pair arithmetic reads of a particle, half a cache line.
@@ -60,6 +61,16 @@ impl Particles {
 
     pub fn len(&self) -> usize {
         self.id.len()
+    }
+
+    /// Takes velocities and groups over from a state of the same particles.
+    pub fn take_over_motion(&mut self, state: &State) {
+        for ((site, v), mask) in self.site.iter().zip(&mut self.v).zip(&mut self.mask) {
+            let home = site.home as usize;
+            if let (Some(new_v), Some(new_mask)) = (state.v.get(home), state.mask.get(home)) {
+                (*v, *mask) = (*new_v, *new_mask);
+            }
+        }
     }
 
     /// Writes everything back in storage order.
@@ -120,22 +131,19 @@ impl Particles {
         pairs.enumerate().filter_map(wrap_one).collect()
     }
 
-    /// Removes particles (ascending places) as LAMMPS does: in storage order, the last particle fills each hole.
-    pub fn remove(&mut self, lost: &[Lost]) {
+    /// Removes particles (ascending places) as LAMMPS does: axis after axis those that are beyond it, in storage order, the
+    /// last particle filling each hole.
+    pub fn remove(&mut self, lost: &[Lost], simulation_box: &SimulationBox) {
         let n = self.len();
-        let mut gone = vec![false; n];
+        // The pass that takes a particle out; the last takes who only moved too far.
+        const NEVER: usize = 4;
+        let mut pass = vec![NEVER; n];
         for one in lost {
-            gone[self.site[one.place].home as usize] = true;
+            let site = &self.site[one.place];
+            let axis = (0..3).find(|axis| simulation_box.beyond_side_of(*axis, &site.position()));
+            pass[site.home as usize] = axis.unwrap_or(3);
         }
-        let mut storage: Vec<usize> = (0..n).collect();
-        let mut k = 0;
-        while k < storage.len() {
-            if gone[storage[k]] {
-                storage.swap_remove(k);
-            } else {
-                k += 1;
-            }
-        }
+        let storage = survivors(&pass, NEVER);
         let mut home = vec![u32::MAX; n];
         for (new, old) in storage.iter().enumerate() {
             home[*old] = new as u32;

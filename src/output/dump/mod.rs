@@ -35,6 +35,9 @@ pub trait DumpObserver: Observer {
     fn modify(&mut self, command: &DumpModifyCommand) -> Result<(), Complaint>;
     /// Constants of the run that begins; to be called before every run.
     fn set_facts(&mut self, facts: Arc<SceneFacts>);
+    /// To be called when a run begins, with its first step: opens the file where the format allows it before there is a
+    /// snapshot.
+    fn begin_run(&mut self, step: i64) -> Result<(), Error>;
     /// Completes the file. The dump may go on (and then appends); dropping a dump closes it too, silently.
     fn close(&mut self) -> Result<(), Error>;
     /// What has been written so far.
@@ -53,6 +56,10 @@ pub(super) trait SnapshotWriter {
     fn write(&mut self, frame: &Frame<'_>, console: &mut Console) -> Result<(), Error>;
     /// The value that `sort COLUMN` (from 0) compares.
     fn sort_value(&self, column: usize, frame: &Frame<'_>, atom: usize) -> f64;
+    /// Opens the file, if it can be opened without a snapshot.
+    fn open(&mut self) -> Result<(), Error> {
+        Ok(())
+    }
     fn close(&mut self) -> Result<(), Error>;
     fn report(&self) -> WrittenFile;
 }
@@ -105,12 +112,14 @@ struct Dump {
     sort: SortBy,
     pbc: bool,
     last_written: Option<i64>,
+    /// First step of the run; `first` means a set-up.
+    run_start: Option<i64>,
     facts: Arc<SceneFacts>,
     writer: Box<dyn SnapshotWriter>,
 }
 
 /// Makes the dump of a `dump` command for the atoms of a group (bits of `State::mask`). Judges only: the file is opened
-/// when the first snapshot is written.
+/// when a run begins.
 pub fn open_dump(
     command: &DumpCommand,
     group_mask: u32,
@@ -137,6 +146,7 @@ pub fn open_dump(
         sort: if by_id { SortBy::Id } else { SortBy::Off },
         pbc: false,
         last_written: None,
+        run_start: None,
         facts,
         writer,
     }))
@@ -167,7 +177,7 @@ impl Observer for Dump {
     fn next(&self, after: i64, last: i64) -> Option<i64> {
         // A run's set-up asks from the step before its first: a step that the run before has already written is skipped.
         let after = self.last_written.map_or(after, |written| after.max(written));
-        let begins = self.first && self.last_written.is_none();
+        let begins = self.first && self.last_written.is_none() && after.checked_add(1) == self.run_start;
         let next = match self.delay {
             // A delay wins over `first`.
             Some(delay) if after < delay.saturating_sub(1) => next_multiple(delay - 1, self.every),
@@ -221,6 +231,16 @@ impl DumpObserver for Dump {
 
     fn set_facts(&mut self, facts: Arc<SceneFacts>) {
         self.facts = facts;
+    }
+
+    fn begin_run(&mut self, step: i64) -> Result<(), Error> {
+        self.run_start = Some(step);
+        // LAMMPS takes a snapshot that is due at a set-up but delayed for written: `first` has had its chance.
+        let due = (self.first && self.last_written.is_none()) || (self.every > 0 && step % self.every == 0);
+        if due && self.delay.is_some_and(|delay| step < delay) {
+            self.last_written = Some(step);
+        }
+        self.writer.open()
     }
 
     fn close(&mut self) -> Result<(), Error> {

@@ -6,7 +6,7 @@ use std::io::{BufWriter, Write};
 
 use crate::Error;
 
-/// One file, or, with a `*` in the name, one a snapshot. Nothing exists before the first snapshot.
+/// One file, or, with a `*` in the name, one a snapshot.
 pub(super) struct Series {
     pattern: String,
     /// Digits of the step, filled with zeros.
@@ -56,6 +56,11 @@ impl Series {
     /// True if the next snapshot begins a file.
     pub fn begins_file(&self) -> bool {
         self.several() || self.frames == 0
+    }
+
+    /// Opens the one file: LAMMPS, too, leaves an empty file where a run ends before the first snapshot.
+    pub fn open(&mut self) -> Result<(), Error> {
+        if self.several() || self.open.is_some() { Ok(()) } else { self.begin(0) }
     }
 
     /// Adds a snapshot.

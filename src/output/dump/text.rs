@@ -276,6 +276,10 @@ impl SnapshotWriter for TextWriter {
         }
     }
 
+    fn open(&mut self) -> Result<(), Error> {
+        self.series.open()
+    }
+
     fn close(&mut self) -> Result<(), Error> {
         self.series.close()
     }
