@@ -93,7 +93,7 @@ fn formats_and_names() {
     assert_eq!(mixed.header(), ["   Step          Tee           Queue        Nbuild   "]);
     assert_eq!(mixed.text(&values).unwrap(), "    50     0.80     1.2500000000e+02      3");
     let json = mixed.json(&values);
-    assert_eq!(serde_json::to_string(&json).unwrap(), r#"{"Nbuild":3,"Queue":125.0,"Step":50,"Tee":0.800603}"#);
+    assert_eq!(serde_json::to_string(&json).unwrap(), r#"{"Step":50,"Tee":0.800603,"Queue":125.0,"Nbuild":3}"#);
 }
 
 #[test]

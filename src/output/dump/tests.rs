@@ -131,6 +131,7 @@ fn steps(name: &str, lines: &[&str], runs: &[(i64, i64)]) -> Vec<i64> {
     let (mut dump, path) = dump(name, lines);
     let mut steps = Vec::new();
     for (first, last) in runs {
+        dump.begin_run(*first).unwrap();
         let mut after = first - 1;
         while let Some(step) = dump.next(after, *last) {
             show(&mut *dump, step).unwrap();
