@@ -239,6 +239,12 @@ impl SceneBuilder {
         if self.state.is_empty() {
             return Err(Complaint::new(0, "there are no atoms").with_help("create_atoms or read_data makes them"));
         }
+        let Policy { every, delay, .. } = self.policy;
+        if !delay.is_multiple_of(every) {
+            let message =
+                format!("neigh_modify: delay must be 0 or a multiple of every, got delay {delay} and every {every}");
+            return Err(Complaint::new(0, message));
+        }
         let masses = super::mass::all_masses(&self.masses).map_err(|m| Complaint::new(0, m))?;
         let (table, mixed, mixable) = pair.complete().map_err(|m| Complaint::new(0, m))?;
         if table.largest_cutoff() <= 0.0 {
