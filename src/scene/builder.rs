@@ -243,7 +243,7 @@ impl SceneBuilder {
         let Policy { every, delay, .. } = self.policy;
         if !delay.is_multiple_of(every.max(1)) {
             let message =
-                format!("neigh_modify: delay must be a multiple of every, got delay {delay} and every {every}");
+                format!("neigh_modify: delay must be 0 or a multiple of every, got delay {delay} and every {every}");
             return Err(Complaint::new(0, message));
         }
         let masses = super::mass::all_masses(&self.masses).map_err(|m| Complaint::new(0, m))?;

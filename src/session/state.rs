@@ -68,7 +68,8 @@ impl Live<'_> {
         }
         for file in &self.files {
             let size = indicatif::HumanBytes(file.bytes);
-            self.console.screen_only(&format!("Wrote {}: {}, {} snapshots, {size}", file.path, file.format, file.frames));
+            self.console
+                .screen_only(&format!("Wrote {}: {}, {} snapshots, {size}", file.path, file.format, file.frames));
         }
         if let Some(log) = self.console.log_path().map(|p| p.display().to_string()) {
             self.console.screen_only(&format!("Wrote {log}: log"));

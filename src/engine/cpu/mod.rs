@@ -152,7 +152,7 @@ impl Loaded {
                 self.simulation_box.shrink_wrap(&[low, high]);
             }
         }
-        let lost = self.particles.wrap(&self.simulation_box, set_up);
+        let lost = self.particles.wrap(&self.simulation_box);
         if !lost.is_empty() {
             if self.program.lost == LostAtoms::Error {
                 return Err(self.lost_fault(&lost));

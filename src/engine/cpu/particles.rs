@@ -116,15 +116,15 @@ impl Particles {
         (0..self.len()).filter(|k| !fine(*k)).collect()
     }
 
-    /// Wraps everything into the box; returns the places of particles that are lost: beyond a fixed side, or, unless this
-    /// is a set-up, more than a box length outside (LAMMPS would lose them too).
-    pub fn wrap(&mut self, simulation_box: &SimulationBox, set_up: bool) -> Vec<Lost> {
+    /// Wraps everything into the box; returns the places of particles that are lost: beyond a fixed side, or more than a box
+    /// length outside (LAMMPS wraps by one image, even at a set-up, and loses what is still outside).
+    pub fn wrap(&mut self, simulation_box: &SimulationBox) -> Vec<Lost> {
         let wrap_one = |(k, (site, image)): (usize, (&mut Site, &mut [i32; 3]))| {
             let mut x = site.position();
             let (from, before) = (x, *image);
             simulation_box.wrap(&mut x, image);
             site.x = x.into();
-            let far = !set_up && (0..3).any(|a| image[a].abs_diff(before[a]) > 1);
+            let far = (0..3).any(|a| image[a].abs_diff(before[a]) > 1);
             (far || simulation_box.beyond_fixed_side(&x)).then_some(Lost { place: k, position: from, far })
         };
         let pairs = self.site.par_iter_mut().with_min_len(4096).zip(self.image.par_iter_mut());

@@ -152,7 +152,46 @@ pub fn open_dump(
     }))
 }
 
-/// The atoms of a group in the order asked for. Atoms that compare equal stay as stored.
+/// Runs of this length are sorted first, then merged.
+const RUN: usize = 64;
+
+/// Sorts as LAMMPS does, whose order of equal elements is seen in its dumps: stable in runs of 64, but in a merge of two
+/// neighboring runs the elements of the later run come first among equals.
+fn merge_sort<T: Copy>(values: &mut Vec<T>, less: impl Fn(&T, &T) -> bool) {
+    use std::cmp::Ordering::{Equal, Greater, Less};
+    let order = |a: &T, b: &T| {
+        if less(a, b) {
+            Less
+        } else if less(b, a) {
+            Greater
+        } else {
+            Equal
+        }
+    };
+    values.chunks_mut(RUN).for_each(|run| run.sort_by(order));
+    let mut length = RUN;
+    while length < values.len() {
+        let mut merged = Vec::with_capacity(values.len());
+        for pair in values.chunks(2 * length) {
+            let (mut left, mut right) = pair.split_at(length.min(pair.len()));
+            while let ([a, rest_left @ ..], [b, rest_right @ ..]) = (left, right) {
+                if less(a, b) {
+                    merged.push(*a);
+                    left = rest_left;
+                } else {
+                    merged.push(*b);
+                    right = rest_right;
+                }
+            }
+            merged.extend_from_slice(left);
+            merged.extend_from_slice(right);
+        }
+        *values = merged;
+        length *= 2;
+    }
+}
+
+/// The atoms of a group in the order asked for.
 fn ordered(frame: &Frame<'_>, group_mask: u32, sort: SortBy, writer: &dyn SnapshotWriter) -> Vec<usize> {
     let state = frame.snapshot.state;
     let mut atoms: Vec<usize> = (0..state.len()).filter(|&k| state.mask[k] & group_mask != 0).collect();
@@ -162,11 +201,8 @@ fn ordered(frame: &Frame<'_>, group_mask: u32, sort: SortBy, writer: &dyn Snapsh
         SortBy::Column(column) => {
             let index = usize::try_from(column.unsigned_abs()).unwrap_or(usize::MAX).saturating_sub(1);
             let mut keyed: Vec<(f64, usize)> = atoms.iter().map(|&k| (writer.sort_value(index, frame, k), k)).collect();
-            if column > 0 {
-                keyed.sort_by(|a, b| a.0.total_cmp(&b.0));
-            } else {
-                keyed.sort_by(|a, b| b.0.total_cmp(&a.0));
-            }
+            let sign = if column > 0 { 1.0 } else { -1.0 };
+            merge_sort(&mut keyed, |a, b| sign * a.0 < sign * b.0);
             atoms = keyed.into_iter().map(|(_, k)| k).collect();
         }
     }
