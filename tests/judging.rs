@@ -15,8 +15,7 @@ const SCRIPTS: [&str; 5] = [
 const SMALL: &str = "lattice sc 1.0\nregion b block 0 6 0 5 0 4\ncreate_box 2 b\ncreate_atoms 1 box\n";
 
 fn judge(text: &str) {
-    let settings = Settings::default();
-    if let Err(error) = check_text("in", text, &settings) {
+    if let Err(error) = check_text("in", text, &settings()) {
         let message = error.to_string();
         if let octant::Error::Input(error) = &error {
             let length = error.source.text.len();
@@ -24,6 +23,18 @@ fn judge(text: &str) {
             assert!(!format!("{:?}", miette::Report::new((**error).clone())).is_empty());
         }
         assert!(!message.is_empty());
+    }
+}
+
+/// Files go to the working folder, which is there.
+fn settings() -> Settings {
+    Settings { variables: vec![("out".into(), ".".into())], ..Settings::default() }
+}
+
+#[test]
+fn the_scripts_as_they_are_pass() {
+    for script in SCRIPTS {
+        check_text("in", script, &settings()).unwrap();
     }
 }
 
