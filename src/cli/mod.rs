@@ -1,10 +1,17 @@
 //! The command line: each command a thin call into the library.
 
+/// Prints a line; a reader that has gone is no fault.
+macro_rules! say {
+    ($($arg:tt)*) => {
+        let _ = std::io::Write::write_fmt(&mut std::io::stdout(), format_args!("{}\n", format_args!($($arg)*)));
+    };
+}
+
 mod info;
 mod neighbors;
 mod run;
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -187,10 +194,11 @@ pub fn main() -> ExitCode {
 
 /// Prints an error: `ERROR: file:line:column: what is wrong`, below it the source line with carets.
 fn report(error: Error) {
-    eprintln!("ERROR: {error}");
+    let mut text = format!("ERROR: {error}\n");
     if let Error::Input(error) = error {
-        eprint!("{}", picture(&error));
+        text += &picture(&error);
     }
+    let _ = std::io::stderr().write_all(text.as_bytes());
 }
 
 /// The source line with carets below the words at fault, and the help where there is some.

@@ -19,11 +19,11 @@ pub fn neighbors(args: NeighborArgs) -> Result<ExitCode, Error> {
     let counts = || found.counts.iter().map(|(_, n)| u64::from(*n));
     let total: u64 = counts().sum();
     let atoms = found.counts.len();
-    println!("search        {} ({})", settings.search.name(), found.grid);
-    println!("cutoff        {}", found.radius);
-    println!("atoms         {atoms}");
-    println!("pairs         {}", total / 2);
-    println!(
+    say!("search        {} ({})", settings.search.name(), found.grid);
+    say!("cutoff        {}", found.radius);
+    say!("atoms         {atoms}");
+    say!("pairs         {}", total / 2);
+    say!(
         "neighbors     mean {:.6}, least {}, most {}",
         total as f64 / atoms as f64,
         counts().min().unwrap_or(0),
@@ -35,7 +35,7 @@ pub fn neighbors(args: NeighborArgs) -> Result<ExitCode, Error> {
             let _ = writeln!(text, "{id} {count}");
         }
         std::fs::write(&path, text).map_err(|e| Error::file(&path, "cannot write", e))?;
-        println!("counts        {}", path.display());
+        say!("counts        {}", path.display());
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -23,6 +23,6 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Error> {
 pub fn check(args: ScriptArgs) -> Result<ExitCode, Error> {
     let settings = Settings { variables: args.variables, ..Settings::default() };
     let summary = session::check(&args.script, &settings)?;
-    println!("{}: {summary}", args.script.display());
+    say!("{}: {summary}", args.script.display());
     Ok(ExitCode::SUCCESS)
 }

@@ -88,6 +88,13 @@ pub fn check(script: &Path, settings: &Settings) -> Result<Judged, Error> {
     Ok(judged)
 }
 
+/// Judges a script given as text; `name` is what messages call it.
+pub fn check_text(name: &str, text: &str, settings: &Settings) -> Result<Judged, Error> {
+    settings.check()?;
+    let (judged, ..) = judge(&Source::new(name, text), settings, Console::discard())?;
+    Ok(judged)
+}
+
 /// Judges a script, then runs it.
 pub fn run(script: &Path, settings: &Settings) -> Result<Outcome, Error> {
     settings.check()?;

@@ -8,7 +8,7 @@ mod run;
 mod settings;
 mod state;
 
-pub use judge::{Judged, Neighbors, check, neighbors, run, stop_on_interrupt};
+pub use judge::{Judged, Neighbors, check, check_text, neighbors, run, stop_on_interrupt};
 pub use run::Outcome;
 pub use settings::{BackendChoice, Precision, Settings};
 

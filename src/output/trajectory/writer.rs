@@ -11,6 +11,10 @@ use crate::script::Complaint;
 use crate::script::command::dump::{DumpChange, DumpColumn, DumpCommand, DumpStyle, SortBy};
 use crate::system::Units;
 
+/// chemfiles builds a cell from edges and angles; for longer edges the cosine of its right angles, which is not quite 0, makes
+/// it refuse the cell.
+const LONGEST_EDGE: f64 = 1.0e11;
+
 /// Atoms in order of id. Positions are the engine's, not moved to the box's corner: a chemfiles cell has no origin, and
 /// LAMMPS's own DCD and XTC files do the same.
 pub(super) struct TrajectoryWriter {
@@ -149,7 +153,7 @@ impl TrajectoryWriter {
         names.get((kind as usize).wrapping_sub(1)).cloned().unwrap_or_else(|| kind.to_string())
     }
 
-    fn fill(&self, frame: &mut ChemfilesFrame, shown: &Frame<'_>) {
+    fn fill(&self, frame: &mut ChemfilesFrame, shown: &Frame<'_>) -> Result<(), Error> {
         let snapshot = shown.snapshot;
         for (slot, &atom) in frame.positions_mut().iter_mut().zip(&shown.atoms) {
             let x = if self.unwrap { shown.unwrapped(atom) } else { shown.place(atom).0 };
@@ -161,6 +165,11 @@ impl TrajectoryWriter {
             }
         }
         let edges = snapshot.simulation_box.lengths() * self.length;
+        if edges.max() > LONGEST_EDGE {
+            let what =
+                format!("{}: chemfiles takes box edges up to {LONGEST_EDGE:e}, got {:e}", self.path, edges.max());
+            return Err(Error::Unavailable(what));
+        }
         frame.set_cell(&UnitCell::new(edges.into()));
         frame.set_step(usize::try_from(snapshot.step).unwrap_or(0));
         // LAMMPS's XTC time is step times timestep, whatever came before.
@@ -175,6 +184,7 @@ impl TrajectoryWriter {
         } else {
             frame.set("time", time);
         }
+        Ok(())
     }
 }
 
@@ -288,7 +298,7 @@ impl SnapshotWriter for TrajectoryWriter {
             Some(frame) if topology == self.topology => frame,
             _ => self.frame_of(shown, &topology),
         };
-        self.fill(&mut frame, shown);
+        self.fill(&mut frame, shown)?;
         let written = self.open()?.write(&frame);
         for message in warnings::take() {
             console.warning(&format!("{}: {message}", self.path));

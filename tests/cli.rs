@@ -1,0 +1,278 @@
+//! The command line: exit codes, options, the JSON report, what goes to the screen.
+
+#[path = "common/cli.rs"]
+mod common;
+
+use std::io::Read;
+use std::process::{Command, Stdio};
+
+use common::{Folder, melt};
+use serde_json::Value;
+
+const RUN: &str = "thermo 10\ndump d all atom 10 melt.dump\nrun 20\nrun 20";
+
+/// Steps of the thermo rows.
+fn rows(text: &str) -> Vec<Vec<f64>> {
+    let numbers = |line: &str| line.split_whitespace().map(|w| w.parse().ok()).collect::<Option<Vec<f64>>>();
+    text.lines().filter_map(numbers).filter(|row| row.len() == 6).collect()
+}
+
+#[test]
+fn a_wrong_command_line_ends_with_2() {
+    let folder = Folder::new("usage");
+    folder.write("a.in", &melt("run 0"));
+    for args in [
+        "fly a.in",
+        "run",
+        "run a.in --threads 0",
+        "run a.in --threads many",
+        "run a.in --search quick",
+        "run a.in --precision half",
+        "run a.in --backend tpu",
+        "run a.in -v novalue",
+        "run a.in -v =3",
+        "run a.in b.in",
+        "check",
+        "neighbors a.in --cutoff -1",
+        "neighbors a.in --cutoff nan",
+        "neighbors a.in --cutoff inf",
+        "--frob",
+    ] {
+        let said = folder.fails(2, args);
+        assert!(said.to_lowercase().contains("usage") || said.contains("For more information"), "{args}: {said}");
+    }
+    assert_eq!(folder.files().len(), 1, "a wrong command line wrote a file");
+    assert_eq!(folder.octant("--version").assert().code(0).get_output().stderr.len(), 0);
+}
+
+#[test]
+fn what_this_version_lacks_is_refused() {
+    let folder = Folder::new("lacks");
+    folder.write("a.in", &melt("run 0"));
+    let said = folder.fails(1, "run a.in --backend cuda");
+    assert_eq!(
+        said,
+        "ERROR: backend cuda is not part of this version of octant; --backend cpu (or auto) runs on the processor\n"
+    );
+    for precision in ["single", "mixed"] {
+        let said = folder.fails(1, &format!("run a.in --precision {precision}"));
+        assert_eq!(said, "ERROR: this version of octant computes in double precision only\n");
+    }
+    assert_eq!(folder.files().len(), 1);
+}
+
+/// Back ends, searches and threads: the same bits.
+#[test]
+fn engines_and_threads_give_the_same_table() {
+    let folder = Folder::new("same");
+    folder.write("a.in", &melt(RUN));
+    let expected = rows(&folder.says("run a.in --threads 1"));
+    assert_eq!(expected.iter().map(|r| r[0]).collect::<Vec<_>>(), [0.0, 10.0, 20.0, 20.0, 30.0, 40.0]);
+    let dump = folder.read("melt.dump");
+    for options in [
+        "--backend auto --precision double",
+        "--backend cpu --threads 3",
+        "--search octant",
+        "--search standard",
+        "--search brute",
+        "--search trimmed",
+    ] {
+        let said = folder.says(&format!("run a.in {options}"));
+        let same_order = !options.contains("--search") || options.contains("trimmed");
+        if same_order {
+            assert_eq!(rows(&said), expected, "{options}");
+            assert_eq!(folder.read("melt.dump"), dump, "{options}");
+        }
+        for (row, want) in rows(&said).iter().zip(&expected) {
+            for (value, want) in row.iter().zip(want) {
+                assert!((value - want).abs() <= 1e-6 * want.abs().max(1.0), "{options}: {row:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_report_says_what_the_log_says() {
+    let folder = Folder::new("json");
+    folder.write("a.in", &melt(RUN));
+    let said = folder.says("run a.in --json report.json --log my.log --threads 2 --search octant");
+    assert!(folder.has("my.log") && !folder.has("log.octant"));
+    let report: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+    let keys: Vec<&String> = report.as_object().unwrap().keys().collect();
+    let mut expected = ["version", "settings", "atoms", "thermo", "neighbors", "timing", "files"];
+    let mut found: Vec<&str> = keys.iter().map(|k| k.as_str()).collect();
+    found.sort_unstable();
+    expected.sort_unstable();
+    assert_eq!(found, expected);
+    assert_eq!(report["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(report["atoms"], 256);
+    let settings = &report["settings"];
+    assert_eq!((&settings["threads"], &settings["search"]), (&Value::from(2), &Value::from("octant")));
+    assert_eq!((&settings["script"], &settings["precision"]), (&Value::from("a.in"), &Value::from("double")));
+
+    // Every row of the log, in full precision.
+    let log = folder.read("my.log");
+    let table = rows(&log);
+    let thermo = report["thermo"].as_array().unwrap();
+    assert_eq!(thermo.len(), table.len());
+    for (row, printed) in thermo.iter().zip(&table) {
+        for (name, printed) in ["Step", "Temp", "E_pair", "E_mol", "TotEng", "Press"].iter().zip(printed) {
+            let value = row[*name].as_f64().unwrap_or_else(|| panic!("no {name} in {row}"));
+            assert!((value - printed).abs() <= 1e-7 * value.abs().max(1e-3), "{name}: {value} and {printed}");
+        }
+    }
+    let number_after = |text: &str| {
+        let line = log.lines().rev().find(|l| l.starts_with(text)).unwrap();
+        line.rsplit(' ').next().unwrap().parse::<f64>().unwrap()
+    };
+    let neighbors = &report["neighbors"];
+    assert_eq!(neighbors["total"].as_f64().unwrap(), number_after("Total # of neighbors"));
+    assert!((neighbors["per_atom"].as_f64().unwrap() - number_after("Ave neighs/atom")).abs() < 1e-4);
+    assert_eq!(neighbors["builds"].as_f64().unwrap(), number_after("Neighbor list builds"));
+    assert_eq!(neighbors["dangerous"].as_f64().unwrap(), number_after("Dangerous builds"));
+
+    let loops: f64 = log
+        .lines()
+        .filter_map(|l| l.strip_prefix("Loop time of "))
+        .map(|l| l.split(' ').next().unwrap().parse::<f64>().unwrap())
+        .sum();
+    let timing = &report["timing"];
+    assert!((timing["loop_s"].as_f64().unwrap() - loops).abs() <= 1e-4 * loops);
+    assert!((timing["steps_per_s"].as_f64().unwrap() * loops - 40.0).abs() < 0.1);
+    let stages: f64 = timing["stages"].as_object().unwrap().values().map(|v| v.as_f64().unwrap()).sum();
+    assert!(stages <= loops * 1.01 && stages > 0.5 * loops, "stages of {stages} s, loop of {loops} s");
+
+    let files = report["files"].as_array().unwrap();
+    assert!(files.iter().any(|f| f["path"] == "melt.dump" && f["frames"] == 5), "{files:?}");
+    // The screen has all of the log but the echoed script.
+    for line in said.lines() {
+        assert!(log.contains(line), "not in the log: {line}");
+    }
+}
+
+#[test]
+fn quiet_runs_say_nothing_and_write_everything() {
+    let folder = Folder::new("quiet");
+    folder.write("a.in", &melt(RUN));
+    folder.says("run a.in");
+    let (log, dump) = (folder.read("log.octant"), folder.read("melt.dump"));
+    assert_eq!(folder.says("run a.in --quiet"), "");
+    assert_eq!(rows(&folder.read("log.octant")), rows(&log));
+    assert_eq!(folder.read("melt.dump"), dump);
+}
+
+#[test]
+fn explain_names_what_is_left_out() {
+    let folder = Folder::new("explain");
+    folder.write("a.in", &melt("run 0"));
+    let plain = folder.says("run a.in");
+    let explained = folder.says("run a.in --explain");
+    let more: Vec<&str> = explained.lines().filter(|l| !plain.contains(l)).collect();
+    assert!(more.iter().any(|l| l.contains("lj/cut")), "{more:?}");
+}
+
+#[test]
+fn check_judges_and_writes_nothing() {
+    let folder = Folder::new("check");
+    folder.write("a.in", &melt(RUN));
+    assert_eq!(folder.says("check a.in"), "a.in: fine: 14 commands, 2 runs, 256 atoms\n");
+    assert_eq!(folder.files().len(), 1);
+    folder.write("b.in", &melt("run 10\nrun ten"));
+    let said = folder.fails(1, "check b.in");
+    assert!(said.starts_with("ERROR: b.in:12:5: run: expected a number of steps"), "{said}");
+    folder.write("c.in", "variable n index 3\nprint \"$n\"\nlog ${name}\n");
+    folder.says("check c.in -v name=log.c -v n=7");
+    assert_eq!(folder.files().len(), 3);
+}
+
+#[test]
+fn variables_of_the_command_line_win() {
+    let folder = Folder::new("variables");
+    folder.write("a.in", "variable n index 3\nvariable m index 4\nprint \"n is $n, m is $m\"\n");
+    assert!(folder.says("run a.in -v n=7").contains("n is 7, m is 4\n"));
+    assert!(folder.says("run a.in").contains("n is 3, m is 4\n"));
+}
+
+#[test]
+fn neighbors_are_counted_atom_by_atom() {
+    let folder = Folder::new("neighbors");
+    folder.write("a.in", &melt("run 10"));
+    for search in ["trimmed", "octant", "standard", "brute"] {
+        let said = folder.says(&format!("neighbors a.in --search {search} --cutoff 1.2 --counts counts"));
+        // The twelve nearest neighbors of the fcc lattice.
+        assert!(said.contains("pairs         1536\n"), "{said}");
+        let counts = folder.read("counts");
+        let lines: Vec<&str> = counts.lines().collect();
+        assert_eq!((lines[0], lines[1], lines[256], lines.len()), ("# id neighbors", "1 12", "256 12", 257));
+    }
+    // Without --cutoff: cutoff and skin, the list that LAMMPS reports as 39 neighbors an atom (half of them).
+    let said = folder.says("neighbors a.in");
+    assert!(said.contains("cutoff        2.8\n") && said.contains("mean 78.000000"), "{said}");
+    assert!(!folder.has("log.octant"));
+    assert!(folder.fails(1, "neighbors a.in --counts no/x").starts_with("ERROR: no/x: cannot write"));
+    assert!(folder.fails(1, "neighbors a.in --cutoff 1e300").contains("does not fit in memory"));
+}
+
+#[test]
+fn info_lists_what_there_is() {
+    let said = Folder::new("info").says("info");
+    for word in [env!("CARGO_PKG_VERSION"), "cpu", "trimmed, octant, standard, brute", "lj/cut", "nve"] {
+        assert!(said.contains(word), "{word} is missing in\n{said}");
+    }
+    assert_eq!(said.contains("NetCDF"), cfg!(feature = "chemfiles"));
+}
+
+/// Neither escape sequences nor carriage returns reach a pipe, on either stream.
+#[test]
+fn a_pipe_gets_no_progress_bar() {
+    let folder = Folder::new("pipe");
+    folder.write("a.in", &melt("thermo 100\nrun 400"));
+    let done = folder.octant("run a.in").output().unwrap();
+    assert!(done.status.success());
+    assert!(!done.stdout.contains(&0x1b) && !done.stdout.contains(&b'\r'));
+    assert_eq!(done.stderr, b"");
+}
+
+/// `octant run x | head -1`: the reader leaves, the run goes on for its files.
+#[test]
+fn a_reader_that_leaves_does_not_end_the_run() {
+    let folder = Folder::new("head");
+    folder.write("a.in", &melt("thermo 1\ndump d all atom 200 melt.dump\nrun 400"));
+    let mut child = Command::new(assert_cmd::cargo::cargo_bin("octant"))
+        .current_dir(&folder.0)
+        .args(["run", "a.in"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut first = [0];
+    let mut stdout = child.stdout.take().unwrap();
+    stdout.read_exact(&mut first).unwrap();
+    drop(stdout);
+    let done = child.wait_with_output().unwrap();
+    assert_eq!((done.status.code(), done.stderr.as_slice()), (Some(0), &b""[..]));
+    assert_eq!(rows(&folder.read("log.octant")).len(), 401);
+    assert!(folder.read("log.octant").contains("Total wall time"));
+    assert_eq!(folder.read("melt.dump").matches("ITEM: TIMESTEP").count(), 3);
+}
+
+/// The other commands print to a closed standard output, too.
+#[test]
+fn no_command_panics_on_a_closed_output() {
+    let folder = Folder::new("closed");
+    folder.write("a.in", &melt("run 0"));
+    for args in [&["info"][..], &["check", "a.in"], &["neighbors", "a.in"], &["run", "a.in"]] {
+        let mut child = Command::new(assert_cmd::cargo::cargo_bin("octant"))
+            .current_dir(&folder.0)
+            .args(args)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let done = child.wait_with_output().unwrap();
+        let said = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert!(!said.contains("panicked"), "{args:?}: {said}");
+        assert_eq!(done.status.code(), Some(0), "{args:?}: {said}");
+    }
+}
