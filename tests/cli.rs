@@ -144,9 +144,13 @@ fn the_report_says_what_the_log_says() {
 
     let files = report["files"].as_array().unwrap();
     assert!(files.iter().any(|f| f["path"] == "melt.dump" && f["frames"] == 5), "{files:?}");
-    // The screen has all of the log but the echoed script.
-    for line in said.lines() {
+    // The screen has all of the log but the echoed script; below the log's last line it sums up.
+    let (table, summary) = said.split_once("Total wall time").unwrap();
+    for line in table.lines() {
         assert!(log.contains(line), "not in the log: {line}");
+    }
+    for part in ["Ran 40 steps of 256 atoms: ", "Wrote melt.dump: ", "Wrote my.log: log"] {
+        assert!(summary.contains(part), "no '{part}' in {summary}");
     }
 }
 

@@ -75,6 +75,11 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
         facts.thermal_atoms = Some(script.scene.state.len() - live.backend.lost());
     }
     let facts = Arc::new(facts);
+    // A set-up that fails leaves no files.
+    for (_, dump) in &mut live.dumps {
+        dump.set_facts(facts.clone());
+        dump.begin_run(first)?;
+    }
     live.console.line(&memory_line(live.backend.bytes() as u64));
     for line in script.thermo.header() {
         live.console.line(&line);
@@ -269,10 +274,6 @@ fn open_dumps(script: &ScriptState, live: &mut Live<'_>, facts: &Arc<SceneFacts>
             continue;
         }
         live.dumps.push((id.clone(), setup.open(facts.clone())?));
-    }
-    for (_, dump) in &mut live.dumps {
-        dump.set_facts(facts.clone());
-        dump.begin_run(script.scene.step)?;
     }
     Ok(())
 }
