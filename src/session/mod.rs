@@ -4,6 +4,7 @@ mod commands;
 mod data;
 mod environment;
 mod judge;
+mod pair;
 mod run;
 mod settings;
 mod state;
