@@ -226,6 +226,30 @@ fn info_lists_what_there_is() {
     assert_eq!(said.contains("NetCDF"), cfg!(feature = "chemfiles"));
 }
 
+/// A report may go to a pipe or a device, which stay what they are, and a full disk is told.
+#[cfg(target_os = "linux")]
+#[test]
+fn reports_go_to_devices_too() {
+    let folder = Folder::new("device");
+    folder.write("a.in", &melt("run 0"));
+    // Through a link, so that no mistake of ours can replace the device itself.
+    std::os::unix::fs::symlink("/dev/full", folder.0.join("full")).unwrap();
+    for args in ["run a.in --json full", "run a.in --log full"] {
+        assert_eq!(
+            folder.fails(1, args),
+            "ERROR: full: cannot write: No space left on device (os error 28)\n",
+            "{args}"
+        );
+    }
+    folder.write("b.in", &melt("write_data full"));
+    assert!(folder.fails(1, "run b.in").contains("cannot write 'full': No space left on device"));
+    folder.write("c.in", &melt("dump d all atom 1 full\nrun 50"));
+    assert!(folder.fails(1, "run c.in").contains("full: cannot write: No space left on device"));
+    assert!(std::fs::symlink_metadata(folder.0.join("full")).unwrap().is_symlink());
+    let said = folder.says("run a.in --quiet --json /dev/stdout");
+    assert!(serde_json::from_str::<Value>(&said).is_ok(), "{said}");
+}
+
 /// Neither escape sequences nor carriage returns reach a pipe, on either stream.
 #[test]
 fn a_pipe_gets_no_progress_bar() {

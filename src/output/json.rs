@@ -1,13 +1,12 @@
 //! The machine-readable report of a run (`--json`).
 
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::Path;
 
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::{StageTimes, WrittenFile};
+use super::{StageTimes, WrittenFile, write_whole};
 use crate::Error;
 use crate::engine::NeighborStatistics;
 
@@ -67,23 +66,13 @@ impl Report {
         Self { version: env!("CARGO_PKG_VERSION").to_string(), ..Self::default() }
     }
 
-    /// Writes the report: under another name first, so that whoever finds it finds it whole.
+    /// Writes the report, whole or not at all.
     pub fn write(&self, path: &Path) -> Result<(), Error> {
-        let mut unfinished = path.as_os_str().to_os_string();
-        unfinished.push(format!(".{}.tmp", std::process::id()));
-        let unfinished = Path::new(&unfinished);
-        let write = || -> std::io::Result<()> {
-            let mut file = std::io::BufWriter::new(std::fs::File::create(unfinished)?);
-            serde_json::to_writer_pretty(&mut file, self)?;
-            file.write_all(b"\n")?;
-            file.into_inner().map_err(|e| e.into_error())?.sync_all()?;
-            std::fs::rename(unfinished, path)
-        };
-        write().map_err(|e| {
-            // The error that matters is the one we have.
-            let _ = std::fs::remove_file(unfinished);
-            Error::file(path, "cannot write", e)
-        })
+        let written = write_whole(path, |out| {
+            serde_json::to_writer_pretty(&mut *out, self)?;
+            out.write_all(b"\n")
+        });
+        written.map_err(|e| Error::file(path, "cannot write", e))
     }
 }
 

@@ -11,6 +11,7 @@ pub mod quantities;
 pub mod summary;
 pub mod thermo;
 pub mod trajectory;
+pub mod whole_file;
 pub mod writable;
 
 pub use console::{Console, Echo};
@@ -23,4 +24,5 @@ pub use quantities::{Number, Quantities};
 pub use summary::{RunSummary, StageTimes, wall_time_line};
 pub use thermo::{ThermoRow, ThermoSchedule, ThermoTable};
 pub use trajectory::trajectory_formats;
+pub use whole_file::write_whole;
 pub use writable::check_writable;

@@ -1,10 +1,10 @@
 //! Writing data files.
 
 use std::fmt::Write as _;
-use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::io::{self, Write};
+use std::path::Path;
 
+use crate::output::write_whole;
 use crate::system::{SimulationBox, State};
 
 /// The pair coefficients of a data file, as the pair style prints them.
@@ -35,31 +35,10 @@ pub struct WriteData<'a> {
 /// Writes a data file in LAMMPS's layout: atoms in storage order, wrapped into the box, shrink-wrapped sides at the atoms;
 /// numbers have the digits that read back to the same bits. The file appears whole or not at all.
 pub fn write_data(path: &Path, data: &WriteData<'_>) -> io::Result<()> {
-    // A pipe or a device cannot be replaced by a finished file.
-    if fs::metadata(path).is_ok_and(|m| !m.is_file()) {
-        return write_to(&mut BufWriter::new(File::create(path)?), data);
-    }
-    let partial = partial_name(path);
-    let written = File::create(&partial).and_then(|file| {
-        let mut out = BufWriter::new(file);
-        write_to(&mut out, data)?;
-        fs::rename(&partial, path)
-    });
-    if written.is_err() {
-        // The first error is the one to tell; a leftover partial file is no further harm.
-        let _ = fs::remove_file(&partial);
-    }
-    written
+    write_whole(path, |out| write_to(out, data))
 }
 
-/// A name beside the target that no one else uses.
-fn partial_name(path: &Path) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.partial", std::process::id()));
-    path.with_file_name(name)
-}
-
-fn write_to(out: &mut impl Write, data: &WriteData<'_>) -> io::Result<()> {
+fn write_to(out: &mut dyn Write, data: &WriteData<'_>) -> io::Result<()> {
     let state = data.state;
     let (mut x, mut image) = (state.x.clone(), state.image.clone());
     for (x, image) in x.iter_mut().zip(&mut image) {
@@ -137,6 +116,8 @@ impl std::fmt::Display for Shortest {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::scene::data_file::read_data;
     use crate::script::Source;
