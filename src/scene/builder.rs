@@ -220,10 +220,14 @@ impl SceneBuilder {
         self.timestep = timestep;
     }
 
-    /// `reset_timestep`: unless a time is given, it is the new step times the timestep.
+    /// `reset_timestep`: unless a time is given, time goes on as if steps had been made, or, at a step back, begins at 0.
     pub fn reset_step(&mut self, step: i64, time: Option<f64>) {
+        match time {
+            Some(time) => self.time_origin = (time, step),
+            None if step < self.step => self.time_origin = (0.0, step),
+            None => {}
+        }
         self.step = step;
-        self.time_origin = (time.unwrap_or(step as f64 * self.timestep), step);
     }
 
     /// Simulated time, time units.
@@ -295,4 +299,24 @@ pub fn describe_box(space: &SimulationBox) -> String {
 fn describe_bounds(lo: &Vec3, hi: &Vec3) -> String {
     let point = |p: &Vec3| format!("({} {} {})", g8(p.x), g8(p.y), g8(p.z));
     format!("orthogonal box = {} to {}", point(lo), point(hi))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reset_step_keeps_or_restarts_time() {
+        let mut scene = SceneBuilder { step: 10, ..SceneBuilder::default() };
+        let mut reset = |step, time: Option<f64>| {
+            scene.reset_step(step, time);
+            scene.time()
+        };
+        // Times that LAMMPS 22Jul2025 prints, timestep 0.005.
+        assert_eq!(reset(10, None), 0.05);
+        assert_eq!(reset(9, None), 0.0);
+        assert_eq!(reset(50, None), 0.205);
+        assert_eq!(reset(7, Some(1.5)), 1.5);
+        assert_eq!(reset(3, None), 0.0);
+    }
 }

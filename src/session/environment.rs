@@ -1,7 +1,5 @@
 //! The simulation as formulas see it between runs and inside them.
 
-use std::cell::Cell;
-
 use crate::engine::{NeighborStatistics, Snapshot, Sums};
 use crate::output::SceneFacts;
 use crate::output::quantities::{Quantities, keyword};
@@ -23,8 +21,6 @@ pub struct LastRun {
     pub seconds: f64,
     /// See [`SceneFacts::thermal_atoms`].
     pub thermal_atoms: usize,
-    /// Kinetic sums when a formula first asked for the temperature after the run. As in LAMMPS they stand from then on.
-    pub kinetic: Cell<Option<[f64; 6]>>,
 }
 
 /// The scene between runs.
@@ -48,14 +44,6 @@ pub fn facts(scene: &SceneBuilder) -> SceneFacts {
     facts
 }
 
-impl BetweenRuns<'_> {
-    /// Sum of m v^2 as it is now, all of it in xx.
-    fn kinetic(&self, facts: &SceneFacts) -> [f64; 6] {
-        let sum = sum_mass_velocity_squared(&self.scene.state, &facts.masses, 1);
-        [sum, 0.0, 0.0, 0.0, 0.0, 0.0]
-    }
-}
-
 impl Environment for BetweenRuns<'_> {
     fn thermo(&mut self, name: &str) -> Result<Option<Quantity>, String> {
         let Some(info) = keyword(name) else { return Ok(None) };
@@ -75,16 +63,7 @@ impl Environment for BetweenRuns<'_> {
         facts.thermal_atoms = self.last_run.map(|r| r.thermal_atoms);
         let mut sums = self.last_run.map_or(Sums::default(), |r| r.sums);
         if self.last_run.is_none() {
-            sums.kinetic = self.kinetic(&facts);
-        }
-        if let Some(last) = self.last_run {
-            if matches!(name, "temp" | "ke" | "etotal" | "econserve" | "enthalpy") && last.kinetic.get().is_none() {
-                last.kinetic.set(Some(self.kinetic(&facts)));
-            }
-            // The pressure tensor keeps the kinetic tensor of the run's last row.
-            if !matches!(name, "pxx" | "pyy" | "pzz" | "pxy" | "pxz" | "pyz") {
-                sums.kinetic = last.kinetic.get().unwrap_or(sums.kinetic);
-            }
+            sums.kinetic[0] = sum_mass_velocity_squared(&scene.state, &facts.masses, 1) * scene.units.mvv2e;
         }
         let snapshot = Snapshot {
             step: scene.step,

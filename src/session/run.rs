@@ -205,7 +205,6 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
         first_step: first,
         seconds: loop_seconds,
         thermal_atoms: facts.thermal_atoms.unwrap_or(summary.atoms),
-        kinetic: Default::default(),
     });
     script.continues = true;
     if let Some(fault) = live.console.take_fault() {

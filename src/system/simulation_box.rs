@@ -66,14 +66,9 @@ impl SimulationBox {
         }
     }
 
-    /// Is the position outside a free axis? (Particles there are lost at the next list build.)
-    pub fn beyond_fixed_side(&self, x: &Vec3) -> bool {
-        (0..3).any(|axis| self.beyond_side_of(axis, x))
-    }
-
-    /// The same for one axis.
-    pub fn beyond_side_of(&self, axis: usize, x: &Vec3) -> bool {
-        !self.periodic(axis) && !(self.lo[axis]..self.hi[axis]).contains(&x[axis])
+    /// The first axis along which a position is outside. (Particles that are after wrapping are lost at a list build.)
+    pub fn outside(&self, x: &Vec3) -> Option<usize> {
+        (0..3).find(|axis| !(self.lo[*axis]..self.hi[*axis]).contains(&x[*axis]))
     }
 
     pub fn periodic(&self, axis: usize) -> bool {
@@ -96,6 +91,21 @@ impl SimulationBox {
         for axis in 0..3 {
             if self.periodic(axis) {
                 wrap_axis(&mut x[axis], &mut image[axis], self.lo[axis], self.hi[axis]);
+            }
+        }
+    }
+
+    /// The same by at most one image along each axis, as LAMMPS does at list builds; what is further out stays outside.
+    pub fn wrap_once(&self, x: &mut Vec3, image: &mut [i32; 3]) {
+        for axis in (0..3).filter(|axis| self.periodic(*axis)) {
+            let (lo, hi) = (self.lo[axis], self.hi[axis]);
+            if x[axis] < lo {
+                x[axis] += hi - lo;
+                image[axis] = image[axis].saturating_sub(1);
+            }
+            if x[axis] >= hi {
+                x[axis] = (x[axis] - (hi - lo)).max(lo);
+                image[axis] = image[axis].saturating_add(1);
             }
         }
     }

@@ -61,18 +61,17 @@ impl State {
         self.x.iter().fold((first, first), |(lo, hi), x| (lo.inf(x), hi.sup(x)))
     }
 
-    /// Brings the particles to where a list build would have them: wrapped, the box shrunk around them, those beyond a fixed
-    /// side gone. Returns how many are gone.
+    /// Brings the particles to where a list build would have them: wrapped by one image, the box shrunk around them,
+    /// those still outside gone. Returns how many are gone.
     pub fn settle(&mut self, simulation_box: &mut SimulationBox) -> usize {
         for (x, image) in self.x.iter_mut().zip(&mut self.image) {
-            simulation_box.wrap(x, image);
+            simulation_box.wrap_once(x, image);
         }
         simulation_box.shrink_wrap(&self.x);
-        let beyond = |x: &Vec3| (0..3).find(|axis| simulation_box.beyond_side_of(*axis, x)).unwrap_or(3);
-        let pass: Vec<usize> = self.x.iter().map(beyond).collect();
+        let pass: Vec<usize> = self.x.iter().map(|x| simulation_box.outside(x).unwrap_or(3)).collect();
         let gone = pass.iter().filter(|axis| **axis < 3).count();
         if gone > 0 {
-            let storage = survivors(&pass, 3);
+            let storage = survivors(&pass);
             self.id = storage.iter().map(|k| self.id[*k]).collect();
             self.kind = storage.iter().map(|k| self.kind[*k]).collect();
             self.x = storage.iter().map(|k| self.x[*k]).collect();
@@ -94,14 +93,14 @@ impl State {
     }
 }
 
-/// Storage order after particles are taken out as LAMMPS does: in pass 0, then 1, ... below `passes`, those whose entry in
-/// `pass` it is, the last particle filling each hole. Returns old places.
-pub fn survivors(pass: &[usize], passes: usize) -> Vec<usize> {
-    let mut storage: Vec<usize> = (0..pass.len()).collect();
-    for now in 0..passes {
+/// Storage order after particles are taken out as LAMMPS does: first those whose entry in `axis` is 0, then 1, then 2, the
+/// last particle filling each hole; others stay. Returns old places.
+pub fn survivors(axis: &[usize]) -> Vec<usize> {
+    let mut storage: Vec<usize> = (0..axis.len()).collect();
+    for now in 0..3 {
         let mut k = 0;
         while k < storage.len() {
-            if pass[storage[k]] == now {
+            if axis[storage[k]] == now {
                 storage.swap_remove(k);
             } else {
                 k += 1;
@@ -117,10 +116,10 @@ mod tests {
     use crate::system::Side::{Fixed, Periodic, Shrink};
 
     #[test]
-    fn holes_are_filled_pass_by_pass() {
+    fn holes_are_filled_axis_by_axis() {
         // Particles 1 and 6 leave along x, 0 along y: 6 is last and goes, 5 fills the hole of 1, then 4 that of 0.
-        assert_eq!(survivors(&[1, 0, 3, 3, 3, 3, 0], 3), [4, 5, 2, 3]);
-        assert_eq!(survivors(&[0, 0], 3), [0; 0]);
+        assert_eq!(survivors(&[1, 0, 3, 3, 3, 3, 0]), [4, 5, 2, 3]);
+        assert_eq!(survivors(&[0, 0]), [0; 0]);
     }
 
     #[test]

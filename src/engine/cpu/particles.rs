@@ -121,11 +121,11 @@ impl Particles {
     pub fn wrap(&mut self, simulation_box: &SimulationBox) -> Vec<Lost> {
         let wrap_one = |(k, (site, image)): (usize, (&mut Site, &mut [i32; 3]))| {
             let mut x = site.position();
-            let (from, before) = (x, *image);
-            simulation_box.wrap(&mut x, image);
+            let from = x;
+            simulation_box.wrap_once(&mut x, image);
             site.x = x.into();
-            let far = (0..3).any(|a| image[a].abs_diff(before[a]) > 1);
-            (far || simulation_box.beyond_fixed_side(&x)).then_some(Lost { place: k, position: from, far })
+            let far = |axis| simulation_box.periodic(axis);
+            simulation_box.outside(&x).map(|axis| Lost { place: k, position: from, far: far(axis) })
         };
         let pairs = self.site.par_iter_mut().with_min_len(4096).zip(self.image.par_iter_mut());
         pairs.enumerate().filter_map(wrap_one).collect()
@@ -135,15 +135,12 @@ impl Particles {
     /// last particle filling each hole.
     pub fn remove(&mut self, lost: &[Lost], simulation_box: &SimulationBox) {
         let n = self.len();
-        // The pass that takes a particle out; the last takes who only moved too far.
-        const NEVER: usize = 4;
-        let mut pass = vec![NEVER; n];
+        let mut pass = vec![3; n];
         for one in lost {
             let site = &self.site[one.place];
-            let axis = (0..3).find(|axis| simulation_box.beyond_side_of(*axis, &site.position()));
-            pass[site.home as usize] = axis.unwrap_or(3);
+            pass[site.home as usize] = simulation_box.outside(&site.position()).unwrap_or(3);
         }
-        let storage = survivors(&pass, NEVER);
+        let storage = survivors(&pass);
         let mut home = vec![u32::MAX; n];
         for (new, old) in storage.iter().enumerate() {
             home[*old] = new as u32;
@@ -163,7 +160,9 @@ impl Particles {
     /// Sorts storage order into bins of about `bin` (X fastest), as LAMMPS does: inside a bin the order stays.
     pub fn sort_storage(&mut self, simulation_box: &SimulationBox, bin: f64) {
         let lengths = simulation_box.lengths();
-        let bins = lengths.map(|l| (l / bin).floor().clamp(1.0, 1e6));
+        let inverse = 1.0 / bin;
+        // As LAMMPS does it: a bin more or less is seen in dumps that are not sorted.
+        let bins = lengths.map(|l| (l * inverse).floor().clamp(1.0, 1e6));
         if bins.product() <= 1.0 {
             return;
         }

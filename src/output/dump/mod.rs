@@ -84,7 +84,7 @@ impl Frame<'_> {
     pub fn place(&self, atom: usize) -> (Vec3, [i32; 3]) {
         let (mut x, mut image) = (self.snapshot.state.x[atom], self.snapshot.state.image[atom]);
         if self.wraps {
-            self.snapshot.simulation_box.wrap(&mut x, &mut image);
+            self.snapshot.simulation_box.wrap_once(&mut x, &mut image);
         }
         (x, image)
     }
