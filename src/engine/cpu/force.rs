@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::list::{Block, List};
 use super::particles::Site;
+use super::ties::Ties;
 use crate::pair::truncation::{Cut, Shifted, Truncation};
 use crate::pair::{PairStyle, PairTable, StyleVisitor, with_style};
 use crate::system::Vec3;
@@ -75,7 +76,12 @@ impl<S: PairStyle, T: Truncation> Kernel<S, T> {
     }
 
     /// Forces on the particles of one block; `f` is the block's part of the force array.
-    fn block<const ONE_TYPE: bool, const SUMS: bool>(&self, block: &Block, site: &[Site], f: &mut [Vec3]) -> PairSums {
+    fn block<const ONE_TYPE: bool, const SUMS: bool>(
+        &self,
+        (block, ties): (&Block, &Ties),
+        site: &[Site],
+        f: &mut [Vec3],
+    ) -> PairSums {
         let mut sums = PairSums::default();
         let entries = &block.entries[..block.pairs()];
         block.for_each_row(|i, stretches, start| {
@@ -85,6 +91,9 @@ impl<S: PairStyle, T: Truncation> Kernel<S, T> {
             let mut begin = start;
             for stretch in stretches {
                 let s = stretch.shift;
+                // Across a periodic side, rounding must decide for both rows of a pair alike.
+                let band = if s == [0.0; 3] { 0.0 } else { ties.band };
+                let (below, above) = (1.0 - band, 1.0 + band);
                 for j in &entries[begin..stretch.end] {
                     let other = &site[*j as usize];
                     let d = [
@@ -94,7 +103,12 @@ impl<S: PairStyle, T: Truncation> Kernel<S, T> {
                     ];
                     let r2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
                     let pair = if ONE_TYPE { &row[0] } else { &row[other.kind as usize] };
-                    if r2 < pair.squared_cutoff {
+                    if r2 < pair.squared_cutoff * above {
+                        if r2 >= pair.squared_cutoff * below
+                            && ties.shifted_squared_distance(own, other, &s) >= pair.squared_cutoff
+                        {
+                            continue;
+                        }
                         let value = T::apply(S::eval::<f64>(r2, &pair.style), &pair.truncation);
                         let k = value.force_over_r;
                         for axis in 0..3 {
@@ -132,10 +146,10 @@ impl<S: PairStyle, T: Truncation> PairKernel for Kernel<S, T> {
         }
         let one_type = self.types == 1;
         let work = |(block, f): (&Block, &mut [Vec3])| match (one_type, sums) {
-            (true, false) => self.block::<true, false>(block, site, f),
-            (true, true) => self.block::<true, true>(block, site, f),
-            (false, false) => self.block::<false, false>(block, site, f),
-            (false, true) => self.block::<false, true>(block, site, f),
+            (true, false) => self.block::<true, false>((block, &list.ties), site, f),
+            (true, true) => self.block::<true, true>((block, &list.ties), site, f),
+            (false, false) => self.block::<false, false>((block, &list.ties), site, f),
+            (false, true) => self.block::<false, true>((block, &list.ties), site, f),
         };
         parts.into_par_iter().map(work).collect_into_vec(partial);
     }

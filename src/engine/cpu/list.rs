@@ -5,6 +5,7 @@
 use rayon::prelude::*;
 
 use super::particles::{Particles, Site};
+use super::ties::Ties;
 use crate::neighbor::{Cells, Grid, OCTANTS, Run};
 use crate::system::{SimulationBox, Vec3};
 
@@ -58,51 +59,24 @@ impl Block {
 }
 
 /// Squared neighbor cutoffs by pair of types, and what exactness needs to know of the box.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Membership {
     types: usize,
     squared: Vec<f64>,
     lengths: Vec3,
-    /// Relative width of the band around R^2 in which rounding of a periodic shift could decide.
-    band: f64,
+    pub ties: Ties,
 }
 
 impl Membership {
-    /// `cutoffs` are the neighbor cutoffs R of each pair of types; `low`, `high` bound the coordinates.
+    /// `cutoffs` are the neighbor cutoffs R of each pair of types.
     pub fn new(types: usize, cutoffs: &[f64], simulation_box: &SimulationBox) -> Self {
-        let squared: Vec<f64> = cutoffs.iter().map(|r| r * r).collect();
-        let smallest = cutoffs.iter().copied().filter(|r| *r > 0.0).fold(f64::INFINITY, f64::min);
-        let lengths = simulation_box.lengths();
-        let coordinate = simulation_box.lo.amax().max(simulation_box.hi.amax()) + lengths.amax();
-        Self { types, squared, lengths, band: 64.0 * f64::EPSILON * (1.0 + coordinate / smallest) }
+        let squared = cutoffs.iter().map(|r| r * r).collect();
+        Self { types, squared, lengths: simulation_box.lengths(), ties: Ties::new(cutoffs, simulation_box) }
     }
 
     #[inline(always)]
     fn limits(&self, kind: u32) -> &[f64] {
         &self.squared[kind as usize * self.types..][..self.types]
-    }
-
-    /// Decides a pair across a periodic side as LAMMPS does: the upper of the two (by z, then y, then x) is the ghost, whose
-    /// shifted position is rounded before the difference is taken. Both directions of the pair give the same answer.
-    #[cold]
-    fn decide(&self, i: &Site, j: &Site, image: [i32; 3], limit: f64) -> bool {
-        let shifted = |site: &Site, sign: i32| {
-            let mut x = site.position();
-            for axis in 0..3 {
-                for _ in 0..image[axis].unsigned_abs() {
-                    let up = (image[axis] > 0) == (sign > 0);
-                    x[axis] += if up { self.lengths[axis] } else { -self.lengths[axis] };
-                }
-            }
-            x
-        };
-        let ghost = shifted(j, 1);
-        let d = if (ghost.z, ghost.y, ghost.x) > (i.x[2], i.x[1], i.x[0]) {
-            i.position() - ghost
-        } else {
-            j.position() - shifted(i, -1)
-        };
-        d.x * d.x + d.y * d.y + d.z * d.z <= limit
     }
 }
 
@@ -110,6 +84,8 @@ impl Membership {
 #[derive(Debug, Default)]
 pub struct List {
     pub blocks: Vec<Block>,
+    /// How ties at a cutoff were decided at the build.
+    pub ties: Ties,
     count: usize,
 }
 
@@ -122,6 +98,7 @@ impl List {
     /// Builds all rows from sorted particles.
     pub fn build(&mut self, particles: &Particles, grid: &Grid, cells: &Cells, membership: &Membership) {
         self.cut(cells);
+        self.ties.clone_from(&membership.ties);
         let one_type = membership.types == 1;
         self.blocks[..self.count].par_iter_mut().for_each(|block| {
             if one_type {
@@ -236,8 +213,8 @@ fn fill_row<const ONE_TYPE: bool>(
                 let limit = if ONE_TYPE { limits[0] } else { limits[other.kind as usize] };
                 let r2 = squared_distance(own, other, &shift);
                 let mut inside = r2 <= limit;
-                if (r2 - limit).abs() <= membership.band * limit {
-                    inside = limit > 0.0 && membership.decide(own, other, run.image, limit);
+                if (r2 - limit).abs() <= membership.ties.band * limit {
+                    inside = limit > 0.0 && membership.ties.squared_distance(own, other, run.image) <= limit;
                 }
                 row[length] = j;
                 length += usize::from(inside);

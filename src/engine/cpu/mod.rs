@@ -4,6 +4,7 @@ mod force;
 mod list;
 mod motion;
 mod particles;
+mod ties;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
