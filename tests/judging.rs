@@ -31,6 +31,7 @@ fn settings() -> Settings {
     Settings { variables: vec![("out".into(), ".".into())], ..Settings::default() }
 }
 
+#[cfg(feature = "chemfiles")]
 #[test]
 fn the_scripts_as_they_are_pass() {
     for script in SCRIPTS {

@@ -63,7 +63,7 @@ impl Environment for BetweenRuns<'_> {
         facts.thermal_atoms = self.last_run.map(|r| r.thermal_atoms);
         let mut sums = self.last_run.map_or(Sums::default(), |r| r.sums);
         if self.last_run.is_none() {
-            sums.kinetic[0] = sum_mass_velocity_squared(&scene.state, &facts.masses, 1) * scene.units.mvv2e;
+            sums.kinetic[0] = sum_mass_velocity_squared(&scene.state, &facts.masses, 1);
         }
         let snapshot = Snapshot {
             step: scene.step,

@@ -16,7 +16,7 @@ use crate::neighbor::Grid;
 use crate::output::Console;
 use crate::output::Report;
 use crate::scene::builder::list_fits;
-use crate::script::{Command, Source, Statement};
+use crate::script::{Command, Complaint, Source, Statement};
 
 /// What `octant check` says of a good script.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -46,6 +46,9 @@ struct Checkpoint {
     statement: Statement,
 }
 
+/// A script with more commands than this, loops counted out, has no end.
+const MOST_COMMANDS: usize = 1_000_000;
+
 /// Judges a whole script: every command is parsed and applied, runs are set up on paper only. What the commands before the
 /// first run print goes to `console`; the rest of the script is judged in silence.
 fn judge(
@@ -60,6 +63,11 @@ fn judge(
     let mut silent = Console::discard();
     while let Some(statement) = state.next()? {
         judged.commands += 1;
+        if judged.commands > MOST_COMMANDS {
+            let message = format!("expected the script to end, got more than {MOST_COMMANDS} commands");
+            let endless = Complaint::new(0, message).with_help("does a jump lead back to its label for ever?");
+            return Err(statement.complain(endless).into());
+        }
         let parsed = Command::parse(&statement);
         let acts = matches!(&parsed, Ok(Command::Run(_) | Command::WriteData(_)));
         if acts && checkpoint.is_none() {

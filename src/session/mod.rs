@@ -6,6 +6,7 @@ mod environment;
 mod judge;
 mod pair;
 mod run;
+mod run_loop;
 mod settings;
 mod state;
 

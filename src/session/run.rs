@@ -3,16 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
 
-use super::environment::{InsideRun, LastRun, facts};
+use super::environment::{LastRun, facts};
+use super::run_loop::RunLoop;
 use super::{Live, ScriptState};
 use crate::Error;
-use crate::engine::{Fault, Needs, Program, Reached, Snapshot, Sums};
+use crate::engine::{Fault, Needs, Program, Reached};
 use crate::output::printf::format_g;
 use crate::output::summary::cpu_seconds;
 use crate::output::thermo::memory_line;
-use crate::output::{Progress, Quantities, RunSummary, SceneFacts, StageTimes, ThermoSchedule};
+use crate::output::{RunSummary, SceneFacts, StageTimes, ThermoSchedule};
 use crate::scene::builder::g8;
 use crate::script::Complaint;
 use crate::script::command::run::RunCommand;
@@ -28,8 +28,8 @@ pub enum Outcome {
 /// Set by the first Ctrl-C.
 pub static STOP: AtomicBool = AtomicBool::new(false);
 
-/// The engine comes back at least this often for the progress bar.
-const PROGRESS_INTERVAL: Duration = Duration::from_millis(200);
+/// What the last step of a run computes whoever looks: formulas between runs, and a run without set-up, may ask for it.
+pub const LAST_STEP: Needs = Needs { energy: true, virial: true, positions: false, forces: false };
 
 /// First and last step of a run command.
 pub fn steps(command: &RunCommand, now: i64) -> Result<(i64, i64), Complaint> {
@@ -51,26 +51,20 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     let mut facts = facts(&script.scene);
     facts.counting_from = command.start;
     script.thermo.start_run(script.scene.space()?.shrinks());
-    let schedule = ThermoSchedule { every: script.thermo_every, first };
     let keep = !command.pre && script.continues;
     facts.thermal_atoms = script.last_run.as_ref().filter(|_| keep).map(|r| r.thermal_atoms);
     open_dumps(script, live, &Arc::new(facts.clone()))?;
 
-    let thermo_needs = script.thermo.needs();
-    // Formulas between runs, and a run without set-up, may ask for the sums of the last step.
-    let last_needs = Needs { energy: true, virial: true, ..Needs::default() };
-    let mut first_needs = if first == last { thermo_needs.union(last_needs) } else { thermo_needs };
-    for (_, dump) in &live.dumps {
-        first_needs = first_needs.union(dump.needs());
-    }
     let program = Arc::new(program);
+    let schedule = ThermoSchedule { every: script.thermo_every, first };
     if keep {
         live.backend.continue_run(&program, &script.scene.state, first);
     } else {
         set_up_messages(&program, mixed, mixable, script, live);
         let space = script.scene.space()?;
         live.backend.load(program.clone(), &script.scene.state, space, first);
-        let set_up = live.backend.set_up(first_needs);
+        let needs = live.dumps.iter().fold(script.thermo.needs(), |needs, (_, dump)| needs.union(dump.needs()));
+        let set_up = live.backend.set_up(if first == last { needs.union(LAST_STEP) } else { needs });
         set_up.map_err(|fault| stop(fault, script, live, &program))?;
         facts.thermal_atoms = Some(script.scene.state.len() - live.backend.lost());
     }
@@ -86,111 +80,16 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     }
     live.console.begin_table();
 
-    let started = Instant::now();
     let cpu_before = cpu_seconds();
-    let atoms = script.scene.state.len();
-    let mut progress = Progress::start(first, last, atoms, live.settings.quiet, &mut live.console);
-    let mut output_seconds = 0.0;
-    let mut reached = Reached::End;
-    let mut lost = 0;
-    let mut sums = Sums::default();
-    let mut now = first;
-    loop {
-        let end = now == last || reached == Reached::Interrupted;
-        let due = |next: Option<i64>| next == Some(now);
-        let thermo_due = end || due(schedule.next(now - 1, last));
-        let dump_due: Vec<bool> = live.dumps.iter().map(|(_, d)| due(d.next(now - 1, last))).collect();
-        let clock = Instant::now();
-        if thermo_due || dump_due.contains(&true) {
-            // Energies and pressures need no particles on this side.
-            let reads_particles = thermo_needs.positions || thermo_needs.forces || dump_due.contains(&true);
-            if end || reads_particles || live.backend.lost() > lost {
-                live.backend.fetch(&mut script.scene.state);
-            }
-            // Without set-up, energy and virial of the last run still stand.
-            sums = live.backend.sums();
-            let space = live.backend.simulation_box().clone();
-            script.scene.space = Some(space.clone());
-            script.scene.step = now;
-            if live.backend.lost() > lost {
-                lost = live.backend.lost();
-                if program.lost == crate::engine::LostAtoms::Warn {
-                    live.console.warning(&format!("{lost} atoms left through a free side and are gone by step {now}"));
-                }
-            }
-            let state = std::mem::take(&mut script.scene.state);
-            let snapshot = Snapshot {
-                step: now,
-                first_step: first,
-                last_step: last,
-                timestep: program.timestep,
-                state: &state,
-                simulation_box: &space,
-                sums: &sums,
-                neighbors: live.backend.statistics(),
-                elapsed_seconds: started.elapsed().as_secs_f64(),
-            };
-            let shown = show(script, live, &snapshot, &facts, command.stop.unwrap_or(last), thermo_due, &dump_due);
-            script.scene.state = state;
-            shown?;
-        }
-        output_seconds += clock.elapsed().as_secs_f64();
-        if end {
-            break;
-        }
-        let thermo_next = schedule.next(now, last);
-        let dump_next = live.dumps.iter().filter_map(|(_, d)| d.next(now, last));
-        let next = dump_next.chain(thermo_next).chain([last]).min().unwrap_or(last);
-        while now < next && reached == Reached::End {
-            // A bar moves only when the engine comes back.
-            let pace = if progress.is_shown() && now > first {
-                let rate = (now - first) as f64 / started.elapsed().as_secs_f64();
-                (rate * PROGRESS_INTERVAL.as_secs_f64()) as i64
-            } else if progress.is_shown() {
-                1
-            } else {
-                next - now
-            };
-            let ahead = pace.clamp(1, next - now);
-            let mut needs = Needs::default();
-            if now + ahead == next {
-                needs = if next == last { thermo_needs.union(last_needs) } else { thermo_needs };
-                for (_, dump) in live.dumps.iter().filter(|(_, d)| d.next(now, last) == Some(next)) {
-                    needs = needs.union(dump.needs());
-                }
-            }
-            let advanced = live.backend.advance(ahead as u64, needs, &STOP);
-            reached = advanced.map_err(|fault| stop(fault, script, live, &program))?;
-            now = live.backend.step();
-            progress.reach(now);
-        }
-    }
-    progress.finish(&mut live.console);
+    let mut steps = RunLoop::new(script, live, program, facts.clone(), schedule, (first, last));
+    steps.stop = command.stop.unwrap_or(last);
+    let reached = steps.go()?;
+    let (sums, loop_seconds, output_seconds) = (steps.sums, steps.elapsed(), steps.output_seconds);
     for line in script.thermo.footer() {
         live.console.line(&line);
     }
-
-    let loop_seconds = started.elapsed().as_secs_f64();
-    let engine = live.backend.seconds();
-    let busy = engine.pair + engine.neighbor + engine.modify + output_seconds;
-    let stages = StageTimes {
-        pair: engine.pair,
-        neighbor: engine.neighbor,
-        output: output_seconds,
-        modify: engine.modify,
-        other: (loop_seconds - busy).max(0.0),
-    };
-    let summary = RunSummary {
-        units: script.scene.units,
-        loop_seconds,
-        cpu_seconds: cpu_seconds().zip(cpu_before).map(|(after, before)| after - before),
-        steps: now - first,
-        timestep: program.timestep,
-        atoms: script.scene.state.len(),
-        threads: live.backend.threads(),
-        stages,
-        neighbors: live.backend.statistics(),
-    };
+    let cpu_seconds = cpu_seconds().zip(cpu_before).map(|(after, before)| after - before);
+    let summary = summarize(script, live, (first, loop_seconds, output_seconds, cpu_seconds));
     // Readers of logs take every line up to the loop time for data, so warnings wait for it.
     for (k, line) in summary.lines(command.post).iter().enumerate() {
         live.console.line(line);
@@ -213,6 +112,34 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     Ok(if reached == Reached::Interrupted { Outcome::Interrupted } else { Outcome::Finished })
 }
 
+/// The statistics below the table.
+fn summarize(
+    script: &ScriptState,
+    live: &Live<'_>,
+    (first, loop_seconds, output_seconds, cpu_seconds): (i64, f64, f64, Option<f64>),
+) -> RunSummary {
+    let engine = live.backend.seconds();
+    let busy = engine.pair + engine.neighbor + engine.modify + output_seconds;
+    let stages = StageTimes {
+        pair: engine.pair,
+        neighbor: engine.neighbor,
+        output: output_seconds,
+        modify: engine.modify,
+        other: (loop_seconds - busy).max(0.0),
+    };
+    RunSummary {
+        units: script.scene.units,
+        loop_seconds,
+        cpu_seconds,
+        steps: script.scene.step - first,
+        timestep: script.scene.timestep,
+        atoms: script.scene.state.len(),
+        threads: live.backend.threads(),
+        stages,
+        neighbors: live.backend.statistics(),
+    }
+}
+
 /// Error of a run: of the command itself or of what happened.
 pub enum RunError {
     Complaint(Complaint),
@@ -229,40 +156,6 @@ impl From<Error> for RunError {
     fn from(error: Error) -> Self {
         Self::Error(error)
     }
-}
-
-/// Shows a step to the thermo table and to the dumps that are due.
-fn show(
-    script: &mut ScriptState,
-    live: &mut Live<'_>,
-    snapshot: &Snapshot<'_>,
-    facts: &SceneFacts,
-    stop: i64,
-    thermo_due: bool,
-    dump_due: &[bool],
-) -> Result<(), RunError> {
-    if thermo_due {
-        let range = (facts.counting_from.unwrap_or(snapshot.first_step), stop);
-        let quantities = Quantities::new(snapshot, facts, script.thermo.norm());
-        let (interpreter, scene) = (&mut script.interpreter, &script.scene);
-        let row = script.thermo.row(&quantities, &mut |name| {
-            let mut environment = InsideRun { scene, quantities: &quantities, range };
-            interpreter.variable_value(name, &mut environment).map(|q| q.value)
-        });
-        let row = row.map_err(|m| Complaint::new(0, m))?;
-        let text = script.thermo.text(&row).map_err(|m| Complaint::new(0, m))?;
-        live.console.line(&text);
-        live.report.thermo.push(script.thermo.json(&row));
-        if script.thermo.flush() {
-            live.console.flush();
-        }
-    }
-    for ((_, dump), due) in live.dumps.iter_mut().zip(dump_due) {
-        if *due {
-            dump.observe(snapshot, &mut live.console)?;
-        }
-    }
-    Ok(())
 }
 
 /// Opens the dumps the script has defined since the last run.
@@ -315,7 +208,7 @@ fn explain(program: &Program, live: &mut Live<'_>) {
 }
 
 /// Ends a run that went wrong: the last good state goes to a data file, and the message says where.
-fn stop(fault: Fault, script: &ScriptState, live: &mut Live<'_>, program: &Program) -> RunError {
+pub fn stop(fault: Fault, script: &ScriptState, live: &mut Live<'_>, program: &Program) -> RunError {
     live.console.set_bar(None);
     live.console.end_table();
     let mut message = fault.to_string();

@@ -1,0 +1,190 @@
+//! The steps of a run: advance to the next step that someone wants to see, show it, and so on.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::environment::InsideRun;
+use super::run::{LAST_STEP, RunError, STOP, stop};
+use super::{Live, ScriptState};
+use crate::engine::{LostAtoms, Needs, Program, Reached, Snapshot, Sums};
+use crate::output::{Progress, Quantities, SceneFacts, ThermoSchedule};
+use crate::script::Complaint;
+
+/// The engine comes back at least this often for the progress bar.
+const PROGRESS_INTERVAL: Duration = Duration::from_millis(200);
+
+/// A run under way.
+pub struct RunLoop<'r, 'l> {
+    script: &'r mut ScriptState,
+    live: &'r mut Live<'l>,
+    program: Arc<Program>,
+    facts: Arc<SceneFacts>,
+    schedule: ThermoSchedule,
+    first: i64,
+    last: i64,
+    now: i64,
+    /// Step that formulas of time count to.
+    pub stop: i64,
+    started: Instant,
+    /// Wall seconds spent on thermo rows and dumps.
+    pub output_seconds: f64,
+    /// Particles lost so far.
+    lost: usize,
+    /// Those of the last step that was shown.
+    pub sums: Sums,
+}
+
+impl<'r, 'l> RunLoop<'r, 'l> {
+    /// A run that is set up, from its first to its last step.
+    pub fn new(
+        script: &'r mut ScriptState,
+        live: &'r mut Live<'l>,
+        program: Arc<Program>,
+        facts: Arc<SceneFacts>,
+        schedule: ThermoSchedule,
+        (first, last): (i64, i64),
+    ) -> Self {
+        let (started, sums) = (Instant::now(), Sums::default());
+        let (now, stop, output_seconds, lost) = (first, last, 0.0, 0);
+        Self { script, live, program, facts, schedule, first, last, now, stop, started, output_seconds, lost, sums }
+    }
+
+    /// Wall seconds since the run began.
+    pub fn elapsed(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+
+    /// Runs to the end, or until the user interrupts; the step reached is always shown.
+    pub fn go(&mut self) -> Result<Reached, RunError> {
+        let atoms = self.script.scene.state.len();
+        let mut progress =
+            Progress::start(self.first, self.last, atoms, self.live.settings.quiet, &mut self.live.console);
+        let mut reached = Reached::End;
+        loop {
+            let end = self.now == self.last || reached == Reached::Interrupted;
+            let clock = Instant::now();
+            self.observe(end)?;
+            self.output_seconds += clock.elapsed().as_secs_f64();
+            if end {
+                progress.finish(&mut self.live.console);
+                return Ok(reached);
+            }
+            reached = self.advance(&mut progress)?;
+        }
+    }
+
+    /// Goes on to the next step that someone wants to see.
+    fn advance(&mut self, progress: &mut Progress) -> Result<Reached, RunError> {
+        let dumps = self.live.dumps.iter().filter_map(|(_, d)| d.next(self.now, self.last));
+        let next = dumps.chain(self.schedule.next(self.now, self.last)).chain([self.last]).min().unwrap_or(self.last);
+        let wanted = self.needs_at(next);
+        let mut reached = Reached::End;
+        while self.now < next && reached == Reached::End {
+            let ahead = self.pace(progress).clamp(1, next - self.now);
+            let needs = if self.now + ahead == next { wanted } else { Needs::default() };
+            let advanced = self.live.backend.advance(ahead as u64, needs, &STOP);
+            reached = advanced.map_err(|fault| stop(fault, self.script, self.live, &self.program))?;
+            self.now = self.live.backend.step();
+            progress.reach(self.now);
+        }
+        Ok(reached)
+    }
+
+    /// Steps until the engine should come back for the progress bar.
+    fn pace(&self, progress: &Progress) -> i64 {
+        let done = (self.now - self.first) as f64;
+        match (progress.is_shown(), self.elapsed()) {
+            (false, _) => i64::MAX,
+            (true, seconds) if done > 0.0 && seconds > 0.0 => (done / seconds * PROGRESS_INTERVAL.as_secs_f64()) as i64,
+            (true, _) => 1,
+        }
+    }
+
+    /// What has to be computed at a later step.
+    fn needs_at(&self, step: i64) -> Needs {
+        let due = |next: Option<i64>| next == Some(step);
+        let mut needs = if step == self.last { LAST_STEP } else { Needs::default() };
+        if due(self.schedule.next(self.now, self.last)) {
+            needs = needs.union(self.script.thermo.needs());
+        }
+        let dumps = self.live.dumps.iter().filter(|(_, d)| due(d.next(self.now, self.last)));
+        dumps.fold(needs, |needs, (_, dump)| needs.union(dump.needs()))
+    }
+
+    /// Shows the current step to the thermo table and to the dumps that are due.
+    fn observe(&mut self, end: bool) -> Result<(), RunError> {
+        let due = |next: Option<i64>| next == Some(self.now);
+        let thermo_due = end || due(self.schedule.next(self.now - 1, self.last));
+        let dump_due: Vec<bool> = self.live.dumps.iter().map(|(_, d)| due(d.next(self.now - 1, self.last))).collect();
+        if !thermo_due && !dump_due.contains(&true) {
+            return Ok(());
+        }
+        let lost = self.live.backend.lost();
+        // Energies and pressures need no particles on this side.
+        let columns = self.script.thermo.needs();
+        if end || columns.positions || columns.forces || dump_due.contains(&true) || lost > self.lost {
+            self.live.backend.fetch(&mut self.script.scene.state);
+        }
+        if lost > self.lost && self.program.lost == LostAtoms::Warn {
+            let text = format!("{lost} atoms left through a free side and are gone by step {}", self.now);
+            self.live.console.warning(&text);
+        }
+        self.lost = lost;
+        if thermo_due {
+            // Without set-up, energy and virial of the last run still stand.
+            self.sums = self.live.backend.sums();
+        }
+        let space = self.live.backend.simulation_box().clone();
+        self.script.scene.space = Some(space.clone());
+        self.script.scene.step = self.now;
+        let state = std::mem::take(&mut self.script.scene.state);
+        let snapshot = Snapshot {
+            step: self.now,
+            first_step: self.first,
+            last_step: self.last,
+            timestep: self.program.timestep,
+            state: &state,
+            simulation_box: &space,
+            sums: &self.sums,
+            neighbors: self.live.backend.statistics(),
+            elapsed_seconds: self.started.elapsed().as_secs_f64(),
+        };
+        let range = (self.facts.counting_from.unwrap_or(self.first), self.stop);
+        let shown = show(self.script, self.live, &snapshot, &self.facts, range, thermo_due, &dump_due);
+        self.script.scene.state = state;
+        shown
+    }
+}
+
+/// A thermo row and the snapshots of the dumps that are due.
+fn show(
+    script: &mut ScriptState,
+    live: &mut Live<'_>,
+    snapshot: &Snapshot<'_>,
+    facts: &SceneFacts,
+    range: (i64, i64),
+    thermo_due: bool,
+    dump_due: &[bool],
+) -> Result<(), RunError> {
+    if thermo_due {
+        let quantities = Quantities::new(snapshot, facts, script.thermo.norm());
+        let (interpreter, scene) = (&mut script.interpreter, &script.scene);
+        let row = script.thermo.row(&quantities, &mut |name| {
+            let mut environment = InsideRun { scene, quantities: &quantities, range };
+            interpreter.variable_value(name, &mut environment).map(|q| q.value)
+        });
+        let row = row.map_err(|m| Complaint::new(0, m))?;
+        let text = script.thermo.text(&row).map_err(|m| Complaint::new(0, m))?;
+        live.console.line(&text);
+        live.report.thermo.push(script.thermo.json(&row));
+        if script.thermo.flush() {
+            live.console.flush();
+        }
+    }
+    for ((_, dump), due) in live.dumps.iter_mut().zip(dump_due) {
+        if *due {
+            dump.observe(snapshot, &mut live.console)?;
+        }
+    }
+    Ok(())
+}
