@@ -264,3 +264,15 @@ fn elements_end_at_the_next_keyword() {
     let changes: Vec<DumpChange> = command.settings.into_iter().map(|setting| setting.change).collect();
     assert_eq!(changes, [DumpChange::Element(vec!["Al".into(), "C".into()]), DumpChange::Sort(SortBy::Id)]);
 }
+
+#[test]
+fn equal_elements_come_in_the_order_lammps_leaves_them() {
+    // 150 equal elements: runs 0..64, 64..128, 128..150; of two runs that are merged the later comes first.
+    let mut all: Vec<usize> = (0..150).collect();
+    super::merge_sort(&mut all, |_, _| false);
+    let expected: Vec<usize> = (128..150).chain(64..128).chain(0..64).collect();
+    assert_eq!(all, expected);
+    let mut mixed: Vec<(u32, usize)> = (0..200).map(|k| ((7 * k % 5) as u32, k)).collect();
+    super::merge_sort(&mut mixed, |a, b| a.0 < b.0);
+    assert!(mixed.is_sorted_by_key(|pair| pair.0));
+}

@@ -1,0 +1,102 @@
+//! Scripts whose output LAMMPS 22Jul2025 printed, digit for digit: rounding at the cutoff, lost atoms, runs without set-up.
+
+#[path = "common/cli.rs"]
+mod common;
+
+use common::Folder;
+
+/// Perfect crystal, cutoff at the distance of a neighbor shell: rounding decides what lies inside.
+const TIES: &str = "\
+units metal
+lattice fcc 1.65 origin 0.1 0.25 0
+region b block 0 2 0 3 0 1
+create_box 1 b
+create_atoms 1 box
+mass 1 40
+pair_style lj/cut 2.8578838324886475
+pair_coeff 1 1 0.01 1.1
+neighbor 0.0 bin
+thermo_style custom step pe press fmax fnorm
+run 0
+";
+
+/// A hot crystal evaporates through a fixed side and swells a shrink-wrapped one; its runs go on without set-up.
+const LOST: &str = "\
+units lj
+boundary f s p
+lattice fcc 0.8442
+region b block 0 3 0 3 0 3
+create_box 1 b
+create_atoms 1 box
+mass 1 1
+velocity all create 5.44 87287
+pair_style lj/cut 2.5
+pair_coeff 1 1 1 1
+fix 1 all nve
+thermo_modify lost ignore
+thermo 20
+dump 1 all custom 40 lost.dump id
+run 40
+velocity all scale 2.0
+neigh_modify every 2 check no
+timestep 0.002
+run 20 pre no
+write_data lost.data
+print \"NOW $(atoms) $(yhi:%.10g) $(count(all)) $(temp:%.8g)\"
+undump 1
+reset_timestep 10
+run 0
+";
+
+const TIES_ROWS: &[&str] = &["0 -1.8649926 119759.28 0.00062650024 0.0012530005", "Total # of neighbors = 1032"];
+
+const LOST_ROWS: &[&str] = &[
+    "0 5.44 -5.2919872 0 2.8032509 -0.24854248 127.95736",
+    "20 3.5835397 -2.6756366 0 3.0185473 9.3352652 143.35185",
+    "40 3.5765774 -2.8668079 0 3.0677785 4.639167 169.90387",
+    "Total # of neighbors = 2373",
+    "Neighbor list builds = 7",
+    "Dangerous builds = 0",
+    "40 1.792 -2.8668079 0 0.10664342 3.3262354 169.90387",
+    "60 1.7402005 -2.9441172 0 0.022133583 2.07944 179.14409",
+    "Total # of neighbors = 2181",
+    "Neighbor list builds = 17",
+    "Dangerous builds not checked",
+    "NOW 110 6.197761974 110 1.7402005",
+    "10 1.9956427 -2.9441172 0 0.022133583 2.07944 179.14409",
+    "Total # of neighbors = 2181",
+    "Neighbor list builds = 0",
+    "Dangerous builds not checked",
+];
+
+/// Ids of the dump's last snapshot, which is not sorted: storage order after a sort and after atoms have left.
+const LOST_IDS: &str = "1 2 3 119 5 6 7 8 9 10 11 12 126 14 15 122 25 27 17 18 19 20 29 31 21 22 23 24 33 35 26 121 37 38 30 32 39 40 34 36 41 42 125 44 45 120 47 48 49 50 51 52 53 54 118 56 57 58 110 69 59 60 61 62 71 73 63 64 65 66 75 77 68 124 123 80 72 74 81 82 76 78 83 84 112 86 87 116 89 90 91 92 93 94 95 96 114 98 99 100 109 111 101 102 103 104 113 115 105 106 107 108 117";
+
+/// The lines of LAMMPS's output that a test compares, with single blanks.
+fn compared(text: &str) -> Vec<String> {
+    let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
+    let begins = ["Total #", "Neighbor list builds", "Dangerous", "NOW"];
+    let wanted = |line: &String| {
+        begins.iter().any(|b| line.starts_with(b)) || line.split(' ').all(|word| word.parse::<f64>().is_ok())
+    };
+    text.lines().map(words).filter(|line| !line.is_empty()).filter(wanted).collect()
+}
+
+#[test]
+fn ties_at_the_cutoff_are_decided_as_lammps_does() {
+    let folder = Folder::new("ties");
+    folder.write("a.in", TIES);
+    for search in ["trimmed", "octant", "standard", "brute"] {
+        assert_eq!(compared(&folder.says(&format!("run a.in --search {search}")))[..2], *TIES_ROWS, "{search}");
+    }
+}
+
+#[test]
+fn atoms_leave_and_runs_go_on_as_in_lammps() {
+    let folder = Folder::new("lost");
+    folder.write("a.in", LOST);
+    assert_eq!(compared(&folder.says("run a.in")), *LOST_ROWS);
+    let dump = folder.read("lost.dump");
+    let last = dump.rsplit("ITEM: ATOMS id").next().unwrap();
+    assert_eq!(last.split_whitespace().collect::<Vec<_>>().join(" "), LOST_IDS);
+}
