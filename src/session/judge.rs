@@ -16,7 +16,7 @@ use crate::neighbor::Grid;
 use crate::output::Console;
 use crate::output::Report;
 use crate::scene::builder::list_fits;
-use crate::script::{Command, Complaint, Source, Statement};
+use crate::script::{Command, Complaint, InputError, Source, Span, Statement};
 
 /// What `octant check` says of a good script.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -195,14 +195,17 @@ pub fn neighbors(script: &Path, settings: &Settings, cutoff: Option<f64>) -> Res
     let source = read(script)?;
     let (_, end, checkpoint, _) = judge(&source, settings, Console::discard())?;
     let state = checkpoint.map_or(end, |c| c.state);
-    let (mut program, ..) = state.scene.program(settings.search).map_err(|c| Error::Unavailable(c.message))?;
-    let space = state.scene.space().map_err(|c| Error::Unavailable(c.message))?;
+    // A script without a run may lack things; that shows at its end.
+    let length = source.text.trim_end().len();
+    let lacks = |c: Complaint| InputError::new(&source, Span::new(length, length), format!("neighbors: {}", c.message));
+    let (mut program, ..) = state.scene.program(settings.search).map_err(lacks)?;
+    let space = state.scene.space().map_err(lacks)?;
     if let Some(cutoff) = cutoff {
         program.policy.skin = 0.0;
         for pair in &mut program.pair.pairs {
             pair.cutoff = cutoff;
         }
-        list_fits(&state.scene.state, space, cutoff).map_err(|c| Error::Unavailable(c.message))?;
+        list_fits(&state.scene.state, space, cutoff).map_err(lacks)?;
     }
     let radius = program.pair.neighbor_cutoffs(program.policy.skin).into_iter().fold(0.0, f64::max);
     let mut backend = CpuBackend::new(settings.threads)?;
