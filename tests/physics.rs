@@ -8,11 +8,11 @@ use std::sync::atomic::AtomicBool;
 use approx::assert_relative_eq;
 use common::{Noise, arc, free_or_periodic, melt, program};
 use octant::engine::cpu::CpuBackend;
-use octant::engine::{Backend, FaultKind, LostAtoms, Needs, Program, Sums};
+use octant::engine::{Backend, FaultKind, Needs, Program, Sums};
 use octant::neighbor::Search;
 use octant::pair::{PairStyle, StyleVisitor, styles, with_style};
 use octant::real::{Dual, Real};
-use octant::system::{SimulationBox, State, Vec3};
+use octant::system::{LostAtoms, SimulationBox, State, Vec3};
 
 const ALL: Needs = Needs { energy: true, virial: true, positions: true, forces: true };
 

@@ -9,4 +9,4 @@ pub mod program;
 pub use backend::{Backend, Reached, StageSeconds};
 pub use fault::{Fault, FaultKind, GoodState};
 pub use observer::{Needs, NeighborStatistics, Observer, Snapshot, Sums};
-pub use program::{LostAtoms, Program, Stage, StorageSort};
+pub use program::{Program, Stage, StorageSort};

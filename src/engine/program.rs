@@ -3,19 +3,7 @@
 use crate::dynamics::Fix;
 use crate::neighbor::{Policy, Search};
 use crate::pair::PairTable;
-use crate::system::Units;
-
-/// What becomes of atoms that leave through a fixed side (`thermo_modify lost`).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum LostAtoms {
-    /// The run stops.
-    #[default]
-    Error,
-    /// They are removed, with a warning.
-    Warn,
-    /// They are removed.
-    Ignore,
-}
+use crate::system::{LostAtoms, Units};
 
 /// When and how storage order is sorted in space (LAMMPS doc page `atom_modify`, keyword sort). Results do not depend on it,
 /// but the order of unsorted dumps and of `velocity ... loop local` does.

@@ -5,9 +5,6 @@ use std::f64::consts::PI;
 use crate::system::SimulationBox;
 use crate::system::{State, Vec3};
 
-/// Bytes of an entry of a full list, and of a stretch of entries seen in one periodic image.
-const BYTES: [f64; 2] = [4.0, 32.0];
-
 /// Length and size of a full list.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
@@ -16,9 +13,18 @@ pub struct Estimate {
     pub bytes: f64,
 }
 
+/// What an engine's list takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ListBytes {
+    /// An entry of the full list.
+    pub entry: usize,
+    /// A stretch of one particle's entries that are seen in one periodic image.
+    pub stretch: usize,
+}
+
 /// Expects the particles to be spread evenly over their extent and counts those within `radius`, periodic images included.
 /// An estimate: unevenly spread particles have more neighbors.
-pub fn estimate(state: &State, simulation_box: &SimulationBox, radius: f64) -> Estimate {
+pub fn estimate(state: &State, simulation_box: &SimulationBox, radius: f64, list: ListBytes) -> Estimate {
     let atoms = state.len() as f64;
     let (low, high) = state.bounds();
     let lengths = simulation_box.lengths();
@@ -41,13 +47,18 @@ pub fn estimate(state: &State, simulation_box: &SimulationBox, radius: f64) -> E
     // A ball fills this much of the cube around it; where the extent cuts the cube, less of it is left out.
     let ball = [1.0, 1.0, PI / 4.0, PI / 6.0][open];
     let each = atoms * parts.product() * ball;
-    Estimate { entries: atoms * each, bytes: atoms * (BYTES[0] * each + BYTES[1] * images.min(each)) }
+    Estimate {
+        entries: atoms * each,
+        bytes: atoms * (list.entry as f64 * each + list.stretch as f64 * images.min(each)),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::system::Side;
+
+    const BYTES: ListBytes = ListBytes { entry: 4, stretch: 32 };
 
     fn crystal(n: usize, edge: f64) -> State {
         let mut state = State::default();
@@ -66,7 +77,7 @@ mod tests {
     fn an_even_density_is_counted_with_its_images() {
         let state = crystal(10, 1.0);
         for radius in [2.5, 25.0] {
-            let each = estimate(&state, &space(10.0, Side::Periodic), radius).entries / 1000.0;
+            let each = estimate(&state, &space(10.0, Side::Periodic), radius, BYTES).entries / 1000.0;
             assert!((each / (4.0 / 3.0 * PI * radius.powi(3)) - 1.0).abs() < 1e-12, "{each}");
         }
     }
@@ -74,7 +85,7 @@ mod tests {
     #[test]
     fn a_free_cluster_has_no_more_than_all_pairs() {
         let state = crystal(10, 1.0);
-        assert_eq!(estimate(&state, &space(10.0, Side::Fixed), 1e9).entries, 1e6);
-        assert_eq!(estimate(&state, &space(1e6, Side::Periodic), 100.0).entries, 1e6);
+        assert_eq!(estimate(&state, &space(10.0, Side::Fixed), 1e9, BYTES).entries, 1e6);
+        assert_eq!(estimate(&state, &space(1e6, Side::Periodic), 100.0, BYTES).entries, 1e6);
     }
 }

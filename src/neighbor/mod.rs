@@ -7,5 +7,5 @@ pub mod policy;
 pub mod search;
 
 pub use cells::{Cells, OCTANTS};
-pub use policy::{Decision, Policy};
+pub use policy::{Decision, LAMMPS_BIN, Policy};
 pub use search::{Grid, Run, Search};

@@ -1,5 +1,9 @@
 //! When lists are built anew (LAMMPS doc page `neigh_modify`), the same on every backend.
 
+/// Edge of the bins that LAMMPS sorts atoms into, as a part of the largest neighbor cutoff. Octant's cells are its own; these
+/// bins show in storage order and in the rounding of ties.
+pub const LAMMPS_BIN: f64 = 0.5;
+
 /// Settings of `neighbor` and `neigh_modify`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Policy {

@@ -1,7 +1,7 @@
 //! What output needs to know of the scene beside the state.
 
 use crate::engine::Snapshot;
-use crate::system::Units;
+use crate::system::{Clock, Units};
 
 /// The scene as output sees it: constants of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,8 +11,7 @@ pub struct SceneFacts {
     pub masses: Vec<f64>,
     /// Lattice spacings along x, y, z, length units; 1 where no lattice was defined.
     pub lattice: [f64; 3],
-    /// A simulated time and the step it belongs to; `timestep` and `reset_timestep` move it.
-    pub time_origin: (f64, i64),
+    pub clock: Clock,
     /// The step that `elaplong` counts from (`run ... start`), where it is not the first of the run.
     pub counting_from: Option<i64>,
     /// Atoms after the last set-up: LAMMPS counts degrees of freedom then, and atoms lost later do not change them. `None`:
@@ -23,7 +22,7 @@ pub struct SceneFacts {
 impl SceneFacts {
     /// Facts of a scene whose time began at step 0 and that has no lattice.
     pub fn new(units: &'static Units, masses: Vec<f64>) -> Self {
-        Self { units, masses, lattice: [1.0; 3], time_origin: (0.0, 0), counting_from: None, thermal_atoms: None }
+        Self { units, masses, lattice: [1.0; 3], clock: Clock::default(), counting_from: None, thermal_atoms: None }
     }
 
     /// Number of atom types.
@@ -38,7 +37,6 @@ impl SceneFacts {
 
     /// Simulated time, time units.
     pub fn time(&self, snapshot: &Snapshot<'_>) -> f64 {
-        let (time, step) = self.time_origin;
-        time + (snapshot.step - step) as f64 * snapshot.timestep
+        self.clock.at(snapshot.step, snapshot.timestep)
     }
 }

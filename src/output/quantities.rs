@@ -262,7 +262,7 @@ fn largest_force_component(state: &State) -> f64 {
 pub(crate) mod tests {
     use super::*;
     use crate::engine::{NeighborStatistics, Sums};
-    use crate::system::{Side, SimulationBox, State, Units, Vec3};
+    use crate::system::{Clock, Side, SimulationBox, State, Units, Vec3};
 
     /// Two atoms in a box with one side of each kind: metal units, at step 25 of a run from 5 to 105.
     pub(crate) fn sample() -> (State, SimulationBox, Sums) {
@@ -302,7 +302,10 @@ pub(crate) mod tests {
     }
 
     pub(crate) fn facts() -> SceneFacts {
-        SceneFacts { time_origin: (1.0, 5), ..SceneFacts::new(Units::named("metal").unwrap(), vec![26.98, 12.5]) }
+        SceneFacts {
+            clock: Clock { time: 1.0, step: 5 },
+            ..SceneFacts::new(Units::named("metal").unwrap(), vec![26.98, 12.5])
+        }
     }
 
     #[test]

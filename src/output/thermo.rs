@@ -7,10 +7,8 @@ use super::printf::Printf;
 use super::quantities::{Number, Quantities, keyword};
 use crate::engine::Needs;
 use crate::script::Complaint;
-use crate::script::command::thermo::{
-    LostAtoms, ThermoColumn, ThermoLine, ThermoModifyCommand, ThermoSource, ThermoStyleCommand,
-};
-use crate::system::Units;
+use crate::script::command::thermo::{ThermoColumn, ThermoLine, ThermoModifyCommand, ThermoSource, ThermoStyleCommand};
+use crate::system::{LostAtoms, Units};
 
 const ONE: &[&str] = &["step", "temp", "epair", "emol", "etotal", "press"];
 const MULTI: &[&str] =

@@ -2,13 +2,13 @@
 
 use super::{CreateContext, Groups, Lattice, Regions, VelocityContext};
 use crate::dynamics::{Fix, parse_fix};
-use crate::engine::{LostAtoms, Program, StorageSort};
+use crate::engine::{Program, StorageSort};
 use crate::neighbor::estimate::estimate;
 use crate::neighbor::{Policy, Search};
 use crate::pair::PairCoefficients;
 use crate::script::command::{create_atoms, create_box, group, lattice, mass, region, velocity};
 use crate::script::{Args, Complaint, Name};
-use crate::system::{Side, SimulationBox, State, Units, Vec3, memory};
+use crate::system::{Clock, LostAtoms, Side, SimulationBox, State, Units, Vec3, memory};
 
 /// Lines for the log.
 pub type Messages = Vec<String>;
@@ -31,8 +31,8 @@ pub struct SceneBuilder {
     /// Time units.
     pub timestep: f64,
     pub step: i64,
-    /// Simulated time at some step: `timestep` and `reset_timestep` move it.
-    pub time_origin: (f64, i64),
+    /// `timestep` and `reset_timestep` set it anew.
+    pub clock: Clock,
     pub lost: LostAtoms,
     pub storage_sort: Option<StorageSort>,
 }
@@ -54,7 +54,7 @@ impl Default for SceneBuilder {
             fixes: Vec::new(),
             timestep: units.timestep,
             step: 0,
-            time_origin: (0.0, 0),
+            clock: Clock::default(),
             lost: LostAtoms::default(),
             storage_sort: Some(StorageSort { every: 1000, bin: 0.0 }),
         }
@@ -216,15 +216,15 @@ impl SceneBuilder {
 
     /// `timestep`: time so far stays what it was.
     pub fn set_timestep(&mut self, timestep: f64) {
-        self.time_origin = (self.time(), self.step);
+        self.clock = Clock { time: self.time(), step: self.step };
         self.timestep = timestep;
     }
 
     /// `reset_timestep`: unless a time is given, time goes on as if steps had been made, or, at a step back, begins at 0.
     pub fn reset_step(&mut self, step: i64, time: Option<f64>) {
         match time {
-            Some(time) => self.time_origin = (time, step),
-            None if step < self.step => self.time_origin = (0.0, step),
+            Some(time) => self.clock = Clock { time, step },
+            None if step < self.step => self.clock = Clock { time: 0.0, step },
             None => {}
         }
         self.step = step;
@@ -232,7 +232,7 @@ impl SceneBuilder {
 
     /// Simulated time, time units.
     pub fn time(&self) -> f64 {
-        self.time_origin.0 + (self.step - self.time_origin.1) as f64 * self.timestep
+        self.clock.at(self.step, self.timestep)
     }
 
     /// Freezes what a run needs; also the numbers of mixed and mixable pairs. The complaint names what is missing.
@@ -274,7 +274,7 @@ impl SceneBuilder {
 
 /// Refuses a cutoff for which the neighbor list would not fit in memory.
 pub fn list_fits(state: &State, space: &SimulationBox, radius: f64) -> Result<(), Complaint> {
-    let list = estimate(state, space, radius);
+    let list = estimate(state, space, radius, crate::engine::cpu::LIST_BYTES);
     // Rows have room to grow.
     if 2.0 * list.bytes <= memory::available() as f64 {
         return Ok(());

@@ -117,21 +117,15 @@ fn evaluate(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::test_support::Scene;
+    use crate::scene::test_support::{Scene, TWO_TYPES};
 
     #[test]
     fn values_are_those_of_lammps() {
-        let scene = Scene::new(
-            "lattice fcc 0.8442
-             region b block 0 2 0 2 0 2
-             create_box 2 b
-             create_atoms 1 box basis 3 2
-             mass 1 1.5
-             mass 2 0.5
-             group odd id 1:32:2
+        let scene = Scene::new(&format!(
+            "{TWO_TYPES}
              velocity all create 1.44 87287 loop geom mom no
-             region r sphere 1 1 1 0.5",
-        );
+             region r sphere 1 1 1 0.5"
+        ));
         let context = GroupContext {
             state: &scene.state,
             masses: &scene.masses,

@@ -2,19 +2,19 @@
 
 use super::mass::set_mass;
 use super::{CreateContext, Groups, Lattice, Regions, VelocityContext};
+use crate::script::Complaint;
 use crate::script::command as parse;
-use crate::script::{Complaint, Source, Span, Statement, Word};
+use crate::script::testing::statement;
 use crate::system::{Side, SimulationBox, State, Units};
 
-/// A command line without quotes or comments as a statement.
-pub fn statement(text: &str) -> Statement {
-    let source = Source::new("test", text);
-    let words = text.split_whitespace().map(|t| {
-        let start = t.as_ptr() as usize - text.as_ptr() as usize;
-        Word { text: t.to_string(), span: Span::new(start, start + t.len()) }
-    });
-    Statement { source: source.clone(), words: words.collect(), echo: Vec::new(), tentative: false }
-}
+/// Two types on an fcc lattice of 32 atoms, with a group of every other atom.
+pub const TWO_TYPES: &str = "lattice fcc 0.8442
+    region b block 0 2 0 2 0 2
+    create_box 2 b
+    create_atoms 1 box basis 3 2
+    mass 1 1.5
+    mass 2 0.5
+    group odd id 1:32:2";
 
 /// What the scene-making commands have made.
 pub struct Scene {

@@ -199,16 +199,7 @@ impl Target<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::test_support::Scene;
-
-    const SCENE: &str = "lattice fcc 0.8442
-        region b block 0 2 0 2 0 2
-        create_box 2 b
-        create_atoms 1 box basis 3 2
-        mass 1 1.5
-        mass 2 0.5
-        group odd id 1:32:2
-        group none empty";
+    use crate::scene::test_support::{Scene, TWO_TYPES};
 
     #[test]
     fn created_velocities_are_those_of_lammps() {
@@ -231,7 +222,7 @@ mod tests {
             ),
         ];
         for (command, first, third) in cases {
-            let mut scene = Scene::new(SCENE);
+            let mut scene = Scene::new(&format!("{TWO_TYPES}\ngroup none empty"));
             scene.run(&format!("velocity {command}")).unwrap();
             assert_eq!(scene.state.v[0], Vec3::from(first), "{command}");
             assert_eq!(scene.state.v[2], Vec3::from(third), "{command}");
@@ -240,7 +231,7 @@ mod tests {
 
     #[test]
     fn set_and_ramp_take_lattice_units() {
-        let mut scene = Scene::new(SCENE);
+        let mut scene = Scene::new(&format!("{TWO_TYPES}\ngroup none empty"));
         let unit = scene.lattice.as_ref().unwrap().spacing().x;
         scene.run("velocity all set 1.5 NULL 2 units box").unwrap();
         scene.run("velocity odd set NULL 3 NULL").unwrap();
@@ -254,7 +245,7 @@ mod tests {
 
     #[test]
     fn complaints_point_at_the_word() {
-        let mut scene = Scene::new(SCENE);
+        let mut scene = Scene::new(&format!("{TWO_TYPES}\ngroup none empty"));
         assert_eq!(scene.complaint("velocity all scale 1"), (1, "the temperature is 0 and cannot be scaled".into()));
         assert_eq!(scene.complaint("velocity none create 1 5").0, 1);
         assert_eq!(scene.complaint("velocity all create -1 5").0, 3);

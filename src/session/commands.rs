@@ -9,11 +9,12 @@ use super::environment::{AtRunStart, BetweenRuns, facts};
 use super::run::{Outcome, RunError, run, steps};
 use super::{DumpSetup, Live, ScriptState, data};
 use crate::Error;
-use crate::engine::{LostAtoms, StorageSort};
+use crate::engine::StorageSort;
 use crate::output::{Console, DumpObserver, Echo, SceneFacts, ThermoTable, check_writable, open_dump};
 use crate::scene::builder::Messages;
-use crate::script::command::{Command, FixCommand, LogCommand, NeighModifyCommand, PrintCommand, thermo};
+use crate::script::command::{Command, FixCommand, LogCommand, NeighModifyCommand, PrintCommand};
 use crate::script::{Complaint, Name, Statement};
+use crate::system::LostAtoms;
 
 /// Who carries a command out.
 pub enum Pass<'a, 'b> {
@@ -188,7 +189,7 @@ impl ScriptState {
             Command::Mass(c) => scene.mass(c),
             Command::Group(c) => scene.group(c),
             Command::Velocity(c) => scene.velocity(c),
-            Command::PairStyle(c) => self.pair_style(c),
+            Command::PairStyle(c) => self.pair_style(&c.style, &mut statement.args_from(c.style.word + 1)),
             Command::PairCoeff(c) => self.pair_coeff(c),
             Command::PairModify(c) => self.pair_modify(c),
             Command::Neighbor(c) => {
@@ -232,11 +233,7 @@ impl ScriptState {
             }
             Command::ThermoModify(c) => {
                 self.thermo.modify(c)?;
-                scene.lost = match self.thermo.lost() {
-                    thermo::LostAtoms::Error => LostAtoms::Error,
-                    thermo::LostAtoms::Warn => LostAtoms::Warn,
-                    thermo::LostAtoms::Ignore => LostAtoms::Ignore,
-                };
+                scene.lost = self.thermo.lost();
                 nothing
             }
             Command::Dump(c) => {

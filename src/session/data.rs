@@ -4,15 +4,15 @@ use std::path::Path;
 
 use super::ScriptState;
 use crate::Error;
-use crate::engine::{GoodState, LostAtoms, Program};
+use crate::engine::{GoodState, Program};
 use crate::neighbor::Search;
 use crate::pair::PairTable;
 use crate::scene::builder::{Messages, describe_box};
-use crate::scene::data_file::{CoefficientSection, DataFile, PairCoefficients, WriteData, read_data, write_data};
+use crate::scene::data_file::{CoefficientLines, CoefficientSection, DataFile, WriteData, read_data, write_data};
 use crate::script::command::write_data::PairSection;
 use crate::script::command::{ReadDataCommand, WriteDataCommand};
 use crate::script::{Complaint, InputError, Source, Statement};
-use crate::system::{SimulationBox, State};
+use crate::system::{LostAtoms, SimulationBox, State};
 
 /// Carries out `read_data`; what it prints.
 pub fn read(script: &mut ScriptState, statement: &Statement, command: &ReadDataCommand) -> Result<Messages, Error> {
@@ -107,7 +107,7 @@ pub fn write(script: &mut ScriptState, statement: &Statement, command: &WriteDat
             PairSection::Diagonal => (false, pair.like_type_lines()),
             PairSection::Full => (true, script.scene.program(Search::default()).ok()?.0.pair.pair_lines()),
         };
-        (!lines.is_empty()).then(|| PairCoefficients { style: pair.style().name.into(), full, lines })
+        (!lines.is_empty()).then(|| CoefficientLines { style: pair.style().name.into(), full, lines })
     });
     let path = command.path_at(script.scene.step);
     let state = (&script.scene.state, space, script.scene.step);
@@ -138,7 +138,7 @@ fn settle(script: &mut ScriptState) -> Result<(), Complaint> {
 /// Writes the state from before a fault, with all coefficients.
 pub fn write_good_state(path: &Path, script: &ScriptState, good: &GoodState, program: &Program) -> std::io::Result<()> {
     let table: &PairTable = &program.pair;
-    let pair = PairCoefficients { style: table.style.into(), full: true, lines: table.pair_lines() };
+    let pair = CoefficientLines { style: table.style.into(), full: true, lines: table.pair_lines() };
     write_state(path, script, (&good.state, &good.simulation_box, good.step), Some(&pair))
 }
 
@@ -146,7 +146,7 @@ fn write_state(
     path: &Path,
     script: &ScriptState,
     (state, simulation_box, step): (&State, &SimulationBox, i64),
-    pair: Option<&PairCoefficients>,
+    pair: Option<&CoefficientLines>,
 ) -> std::io::Result<()> {
     let data =
         WriteData { step, units: script.scene.units.name, state, simulation_box, masses: &script.scene.masses, pair };

@@ -40,7 +40,7 @@ pub fn facts(scene: &SceneBuilder) -> SceneFacts {
     if let Some(lattice) = &scene.lattice {
         facts.lattice = lattice.spacing().into();
     }
-    facts.time_origin = scene.time_origin;
+    facts.clock = scene.clock;
     facts
 }
 

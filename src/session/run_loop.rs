@@ -6,9 +6,10 @@ use std::time::{Duration, Instant};
 use super::environment::InsideRun;
 use super::run::{LAST_STEP, RunError, STOP, stop};
 use super::{Live, ScriptState};
-use crate::engine::{LostAtoms, Needs, Program, Reached, Snapshot, Sums};
+use crate::engine::{Needs, Program, Reached, Snapshot, Sums};
 use crate::output::{Progress, Quantities, SceneFacts, ThermoSchedule};
 use crate::script::Complaint;
+use crate::system::LostAtoms;
 
 /// The engine comes back at least this often for the progress bar.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(200);

@@ -1,6 +1,6 @@
 //! The orthogonal simulation box: sides, kind of boundary, wrapping.
 
-use super::state::Vec3;
+use super::state::{Vec3, bounds};
 
 /// What happens at one side of the box (`boundary` command).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,6 +11,18 @@ pub enum Side {
     Fixed,
     /// `s`: free; the side follows the outermost atom.
     Shrink,
+}
+
+/// What becomes of atoms that leave through a fixed side (`thermo_modify lost`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LostAtoms {
+    /// The run stops.
+    #[default]
+    Error,
+    /// They are removed, with a warning.
+    Warn,
+    /// They are removed.
+    Ignore,
 }
 
 /// An orthogonal box. Lengths in the scene's units.
@@ -51,11 +63,10 @@ impl SimulationBox {
 
     /// Moves the shrink-wrapped sides to the outermost atoms plus the margin; without atoms nothing moves.
     pub fn shrink_wrap(&mut self, positions: &[Vec3]) {
-        let Some(&first) = positions.first() else { return };
         if !self.shrinks() {
             return;
         }
-        let (lo, hi) = positions.iter().fold((first, first), |(lo, hi), x| (lo.inf(x), hi.sup(x)));
+        let Some((lo, hi)) = bounds(positions) else { return };
         for axis in 0..3 {
             if self.sides[axis][0] == Side::Shrink {
                 self.lo[axis] = lo[axis] - self.margin[axis];

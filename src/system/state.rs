@@ -57,8 +57,7 @@ impl State {
 
     /// Componentwise lowest and highest position; zeros for an empty state.
     pub fn bounds(&self) -> (Vec3, Vec3) {
-        let first = self.x.first().copied().unwrap_or_default();
-        self.x.iter().fold((first, first), |(lo, hi), x| (lo.inf(x), hi.sup(x)))
+        bounds(&self.x).unwrap_or_default()
     }
 
     /// Brings the particles to where a list build would have them: wrapped by one image, the box shrunk around them,
@@ -91,6 +90,12 @@ impl State {
         }
         order
     }
+}
+
+/// Componentwise lowest and highest of some positions.
+pub fn bounds(positions: &[Vec3]) -> Option<(Vec3, Vec3)> {
+    let first = *positions.first()?;
+    Some(positions.iter().fold((first, first), |(lo, hi), x| (lo.inf(x), hi.sup(x))))
 }
 
 /// Storage order after particles are taken out as LAMMPS does: first those whose entry in `axis` is 0, then 1, then 2, the

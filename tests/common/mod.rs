@@ -4,10 +4,10 @@
 use std::sync::Arc;
 
 use octant::dynamics::Fix;
-use octant::engine::{LostAtoms, Program};
+use octant::engine::Program;
 use octant::neighbor::{Policy, Search};
 use octant::pair::PairCoefficients;
-use octant::system::{GROUP_ALL, Side, SimulationBox, State, Units, Vec3};
+use octant::system::{GROUP_ALL, LostAtoms, Side, SimulationBox, State, Units, Vec3};
 
 /// Lennard-Jones particles under `fix nve`, `cutoffs[t]` for type t + 1 and arithmetic means between types.
 pub fn program(cutoffs: &[f64], skin: f64, search: Search) -> Program {

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::particles::{Particles, Site};
 use super::ties::Ties;
+use crate::neighbor::estimate::ListBytes;
 use crate::neighbor::{Cells, Grid, OCTANTS, Run};
 use crate::system::{SimulationBox, Vec3};
 
@@ -21,6 +22,9 @@ pub struct Segment {
     /// Neighbors stand at x + shift.
     pub shift: [f64; 3],
 }
+
+/// For estimates of a list's size.
+pub const LIST_BYTES: ListBytes = ListBytes { entry: size_of::<u32>(), stretch: size_of::<Segment>() };
 
 /// The rows of a block of consecutive particles.
 #[derive(Clone, Debug, Default)]
@@ -230,6 +234,11 @@ fn fill_row<const ONE_TYPE: bool>(
         last_image = Some(run.image);
     }
     length
+}
+
+/// The periodic image that a shift stands for.
+pub fn image_of(shift: &[f64; 3], lengths: &Vec3) -> [i32; 3] {
+    std::array::from_fn(|axis| (shift[axis] / lengths[axis]).round() as i32)
 }
 
 fn shift(image: [i32; 3], lengths: &Vec3) -> [f64; 3] {

@@ -13,12 +13,13 @@ use std::time::Instant;
 use super::backend::{Backend, Reached, StageSeconds};
 use super::fault::{Fault, FaultKind, GoodState, nearest};
 use super::observer::{Needs, NeighborStatistics, Sums};
-use super::program::{LostAtoms, Program, StorageSort};
+use super::program::{Program, StorageSort};
 use crate::Error;
-use crate::neighbor::{Cells, Decision, Policy};
-use crate::system::{SimulationBox, State};
+use crate::neighbor::{Cells, Decision, LAMMPS_BIN, Policy};
+use crate::system::{LostAtoms, SimulationBox, State};
 use force::{PairKernel, PairSums, pair_kernel};
-use list::{List, Membership};
+pub use list::LIST_BYTES;
+use list::{List, Membership, image_of};
 use motion::{FixKernel, Kicks, fix_kernel, kinetic_sums, moved};
 use particles::{Lost, Particles};
 
@@ -54,7 +55,7 @@ impl CpuBackend {
             block.for_each_row(|i, stretches, start| {
                 let mut begin = start;
                 for stretch in stretches {
-                    let image = std::array::from_fn(|axis| (stretch.shift[axis] / lengths[axis]).round() as i32);
+                    let image = image_of(&stretch.shift, &lengths);
                     pairs.extend(block.entries[begin..stretch.end].iter().map(|j| (id[i], id[*j as usize], image)));
                     begin = stretch.end;
                 }
@@ -179,7 +180,7 @@ impl Loaded {
 
     fn sort_storage(&mut self, set_up: bool, radius: f64) {
         let Some(StorageSort { every, bin }) = self.program.storage_sort else { return };
-        let bin = if bin > 0.0 { bin } else { 0.5 * radius };
+        let bin = if bin > 0.0 { bin } else { LAMMPS_BIN * radius };
         if every > 0 && bin > 0.0 && (set_up || self.step >= self.next_sort) {
             self.particles.sort_storage(&self.simulation_box, bin);
             self.next_sort = (self.step / every + 1) * every;
@@ -370,8 +371,8 @@ impl Backend for CpuBackend {
 
     fn bytes(&self) -> usize {
         let loaded = self.loaded();
-        let particle = size_of::<particles::Site>() + 2 * 24 + 12 + 4 + 4;
-        3 * loaded.particles.len() * particle + loaded.cells.bytes() + loaded.list.bytes()
+        // The particles, their copy from the last build, and room to sort them.
+        3 * loaded.particles.len() * Particles::BYTES + loaded.cells.bytes() + loaded.list.bytes()
     }
 
     fn lost(&self) -> usize {

@@ -46,6 +46,9 @@ pub struct Particles {
 }
 
 impl Particles {
+    /// Bytes of one particle in all arrays.
+    pub const BYTES: usize = size_of::<Site>() + 2 * size_of::<Vec3>() + size_of::<[i32; 3]>() + 2 * size_of::<u32>();
+
     /// Copies a state.
     pub fn load(state: &State) -> Self {
         let site = |k: usize| Site { x: state.x[k].into(), kind: state.kind[k] - 1, home: k as u32 };

@@ -5,7 +5,9 @@
 //! copy is the one in the upper bin (by z, then y, then x; edge about half the largest neighbor cutoff) or, in one bin, the
 //! one with the upper coordinates. Deciding so in both rows also keeps forces equal and opposite.
 
+use super::list::image_of;
 use super::particles::Site;
+use crate::neighbor::LAMMPS_BIN;
 use crate::system::{SimulationBox, Vec3};
 
 /// What it takes to repeat LAMMPS's rounding.
@@ -27,7 +29,7 @@ impl Ties {
         let largest = cutoffs.iter().copied().fold(0.0, f64::max);
         let lengths = simulation_box.lengths();
         let coordinate = simulation_box.lo.amax().max(simulation_box.hi.amax()) + lengths.amax();
-        let inverse = 1.0 / (0.5 * largest);
+        let inverse = 1.0 / (LAMMPS_BIN * largest);
         Self {
             lo: simulation_box.lo,
             hi: simulation_box.hi,
@@ -52,7 +54,7 @@ impl Ties {
     /// The same, with the shift of j as a length.
     #[cold]
     pub fn shifted_squared_distance(&self, i: &Site, j: &Site, shift: &[f64; 3]) -> f64 {
-        self.squared_distance(i, j, std::array::from_fn(|axis| (shift[axis] / self.lengths[axis]).round() as i32))
+        self.squared_distance(i, j, image_of(shift, &self.lengths))
     }
 
     /// A copy's position: one addition of the edge per image.

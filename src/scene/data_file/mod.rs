@@ -8,7 +8,7 @@ mod write;
 use std::sync::Arc;
 
 pub use read::read_data;
-pub use write::{PairCoefficients, WriteData, write_data};
+pub use write::{CoefficientLines, WriteData, write_data};
 
 use crate::script::{Source, Word};
 use crate::system::{SimulationBox, State};

@@ -9,7 +9,7 @@ use crate::system::{SimulationBox, State};
 
 /// The pair coefficients of a data file, as the pair style prints them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PairCoefficients {
+pub struct CoefficientLines {
     /// Name of the pair style, such as `lj/cut`.
     pub style: String,
     /// `pair ij`: lines start with two types; else (`pair ii`) with one.
@@ -29,7 +29,7 @@ pub struct WriteData<'a> {
     /// Indexed by type - 1, one entry a type; the section is left out unless all are set.
     pub masses: &'a [Option<f64>],
     /// `None` leaves the section out.
-    pub pair: Option<&'a PairCoefficients>,
+    pub pair: Option<&'a CoefficientLines>,
 }
 
 /// Writes a data file in LAMMPS's layout: atoms in storage order, wrapped into the box, shrink-wrapped sides at the atoms;
@@ -147,7 +147,7 @@ mod tests {
         let sides = [[Side::Periodic; 2], [Side::Shrink; 2], [Side::Fixed; 2]];
         let mut simulation_box = SimulationBox::new(Vec3::repeat(-0.5), Vec3::repeat(10.5), sides);
         let pair =
-            PairCoefficients { style: "lj/cut".into(), full: false, lines: vec!["1 1 1".into(), "2 0.5 1.1".into()] };
+            CoefficientLines { style: "lj/cut".into(), full: false, lines: vec!["1 1 1".into(), "2 0.5 1.1".into()] };
         let masses = [Some(1.0), Some(39.948)];
         let data = WriteData {
             step: 7,

@@ -1,6 +1,7 @@
 //! Forces between pairs: `pair_style`, `pair_coeff`, `pair_modify`.
 
 use super::rest;
+use crate::pair::Mixing;
 use crate::script::statement::{Args, Complaint, Name};
 
 /// `pair_style STYLE ARGS...` (doc page `pair_style`); the style judges its arguments.
@@ -34,17 +35,34 @@ impl PairCoeffCommand {
     }
 }
 
-/// `pair_modify KEYWORD VALUE...` (doc page `pair_modify`), judged together with the pair style.
-#[derive(Clone, Debug, PartialEq)]
+/// `pair_modify KEYWORD VALUE...` (doc page `pair_modify`); what is not mentioned stays as it is.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct PairModifyCommand {
-    pub args: Vec<Name>,
+    /// Energies are shifted to 0 at the cutoff.
+    pub shift: Option<bool>,
+    pub mixing: Option<Mixing>,
 }
 
 impl PairModifyCommand {
     pub fn parse(args: &mut Args<'_>) -> Result<Self, Complaint> {
-        let first = args.name("a keyword")?;
-        let mut all = vec![first];
-        all.extend(rest(args, "a value")?);
-        Ok(Self { args: all })
+        let mut command = Self::default();
+        loop {
+            let word = args.position();
+            match args.text("shift or mix")? {
+                "shift" => command.shift = Some(args.yes_no("a value for 'shift'")?),
+                "mix" => command.mixing = Some(Mixing::ALL[args.choice("a mixing rule", &Mixing::NAMES)?]),
+                // Without a tail correction nothing is lacking.
+                "tail" if args.peek() == Some("no") => drop(args.yes_no("whether to correct")?),
+                name @ ("tail" | "table" | "table/disp" | "tabinner" | "tabinner/disp" | "compute" | "nofdotr"
+                | "special" | "pair") => {
+                    let message = format!("pair_modify {name} is not part of octant; available: shift, mix");
+                    return Err(Complaint::new(word, message));
+                }
+                other => return Err(Complaint::new(word, format!("expected shift or mix, got '{other}'"))),
+            }
+            if args.left() == 0 {
+                return Ok(command);
+            }
+        }
     }
 }

@@ -3,6 +3,7 @@
 use super::number_format::{ColumnName, FormatChange, column_name};
 use crate::output::quantities::keyword;
 use crate::script::{Args, Complaint};
+use crate::system::LostAtoms;
 
 /// `thermo N`: a table row every N steps; 0 for the first and the last step of a run only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,15 +94,6 @@ fn thermo_column(args: &mut Args<'_>) -> Result<ThermoColumn, Complaint> {
         }
     };
     Ok(ThermoColumn { word, source })
-}
-
-/// What to do when atoms are lost (`thermo_modify lost`).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum LostAtoms {
-    Ignore,
-    Warn,
-    #[default]
-    Error,
 }
 
 /// How rows are laid out (`thermo_modify line`).
