@@ -304,3 +304,22 @@ fn no_command_panics_on_a_closed_output() {
         assert_eq!(done.status.code(), Some(0), "{args:?}: {said}");
     }
 }
+
+/// Files are written once, in the order of the script, whether a run comes after them, before them or not at all.
+#[test]
+fn print_writes_its_files_wherever_it_stands() {
+    let folder = Folder::new("print");
+    let write = "print 'one' file said.txt\nprint 'two' append said.txt screen no\n";
+    let after = "print 'three' append said.txt\n";
+    for run in ["", "run 2\n"] {
+        folder.write("a.in", &melt(&format!("{write}{run}{after}")));
+        let said = folder.says("run a.in");
+        assert_eq!(folder.read("said.txt"), "one\ntwo\nthree\n");
+        for (word, times) in [("one", 1), ("two", 0), ("three", 1)] {
+            assert_eq!(said.lines().filter(|line| *line == word).count(), times, "{word}");
+        }
+    }
+    folder.write("b.in", &melt("print 'one' file never.txt\nrun ten"));
+    folder.fails(1, "run b.in");
+    assert!(!folder.has("never.txt"));
+}

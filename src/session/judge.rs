@@ -69,7 +69,11 @@ fn judge(
             return Err(statement.complain(endless).into());
         }
         let parsed = Command::parse(&statement);
-        let acts = matches!(&parsed, Ok(Command::Run(_) | Command::WriteData(_)));
+        let acts = match &parsed {
+            Ok(Command::Run(_) | Command::WriteData(_)) => true,
+            Ok(Command::Print(print)) => print.file.is_some(),
+            _ => false,
+        };
         if acts && checkpoint.is_none() {
             checkpoint = Some(Checkpoint { state: state.clone(), statement: statement.clone() });
         }
