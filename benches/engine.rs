@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 
 use common::{arc, melt, program};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use octant::engine::cpu::CpuBackend;
+use octant::engine::cpu::{CpuBackend, CpuOptions};
 use octant::engine::{Backend, Needs};
 use octant::neighbor::Search;
 use octant::system::State;
@@ -16,10 +16,14 @@ use octant::system::State;
 /// Steps that turn the crystal into a liquid, on which everything is measured.
 const MELTING: u64 = 300;
 
+fn backend(threads: usize) -> Result<CpuBackend, octant::Error> {
+    CpuBackend::new(CpuOptions { threads, ..CpuOptions::default() })
+}
+
 /// A liquid of 4 n^3 particles.
 fn liquid(n: usize) -> (State, octant::system::SimulationBox) {
     let (mut state, simulation_box) = melt(n);
-    let mut backend = CpuBackend::new(0).expect("threads start");
+    let mut backend = backend(0).expect("threads start");
     backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &simulation_box, 0);
     backend.set_up(Needs::default()).expect("a crystal is a good start");
     backend.advance(MELTING, Needs::default(), &AtomicBool::new(false)).expect("a melt runs");
@@ -33,7 +37,7 @@ fn engine(c: &mut Criterion) {
         let mut group = c.benchmark_group("set-up");
         group.throughput(Throughput::Elements(state.len() as u64)).sample_size(10);
         for search in [Search::Trimmed, Search::Octant, Search::Standard] {
-            let mut backend = CpuBackend::new(1).expect("threads start");
+            let mut backend = backend(1).expect("threads start");
             backend.load(arc(program(&[2.5], 0.3, search)), &state, &simulation_box, 0);
             group.bench_function(BenchmarkId::new(search.name(), state.len()), |b| {
                 b.iter(|| black_box(&mut backend).set_up(Needs::default()).expect("a liquid has finite forces"));
@@ -43,7 +47,7 @@ fn engine(c: &mut Criterion) {
         let mut group = c.benchmark_group("20 steps");
         group.throughput(Throughput::Elements(20 * state.len() as u64)).sample_size(10);
         for threads in [1, 2] {
-            let mut backend = CpuBackend::new(threads).expect("threads start");
+            let mut backend = backend(threads).expect("threads start");
             backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &simulation_box, 0);
             backend.set_up(Needs::default()).expect("a liquid has finite forces");
             let stop = AtomicBool::new(false);

@@ -3,14 +3,17 @@
 use std::process::ExitCode;
 
 use crate::Error;
+use crate::engine::Precision;
 use crate::neighbor::Search;
+use crate::real::Isa;
 
 /// Prints version, devices, styles and formats.
 pub fn info() -> Result<ExitCode, Error> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     say!("octant {}", env!("CARGO_PKG_VERSION"));
-    say!("backends      cpu ({cores} cores)");
-    say!("precisions    double");
+    let sets: Vec<_> = Isa::ALL.into_iter().filter(|isa| isa.is_available()).map(Isa::name).collect();
+    say!("backends      cpu ({cores} cores; {})", sets.join(", "));
+    say!("precisions    {} (default mixed)", Precision::ALL.map(Precision::name).join(", "));
     say!("searches      {}", Search::NAMES.join(", "));
     say!("pair styles");
     for style in crate::pair::styles() {

@@ -19,9 +19,10 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use miette::{GraphicalReportHandler, GraphicalTheme, ThemeCharacters, ThemeStyles};
 
 use crate::Error;
+use crate::engine::Precision;
 use crate::neighbor::Search;
 use crate::script::InputError;
-use crate::session::{BackendChoice, Precision, Settings};
+use crate::session::{BackendChoice, Settings};
 
 /// Molecular dynamics of short-range pair forces from LAMMPS input scripts.
 #[derive(Parser)]
@@ -66,8 +67,8 @@ struct RunArgs {
     /// CPU threads; all cores by default.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// Arithmetic; this version computes in double.
-    #[arg(long, value_enum, default_value_t = PrecisionArg::Double)]
+    /// Arithmetic: all f32; f64 positions and f32 pairs; all f64.
+    #[arg(long, value_enum, default_value_t)]
     precision: PrecisionArg,
     /// Neighbor search; all give the same pairs.
     #[arg(long, value_enum, default_value_t)]
@@ -112,9 +113,10 @@ enum BackendArg {
     Cuda,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, Default, ValueEnum)]
 enum PrecisionArg {
     Single,
+    #[default]
     Mixed,
     Double,
 }
@@ -159,11 +161,7 @@ impl RunArgs {
             },
             device: self.device,
             threads: self.threads.unwrap_or(0).into(),
-            precision: match self.precision {
-                PrecisionArg::Single => Precision::Single,
-                PrecisionArg::Mixed => Precision::Mixed,
-                PrecisionArg::Double => Precision::Double,
-            },
+            precision: Precision::ALL[self.precision as usize],
             search: self.search.into(),
             log: Some(self.log),
             json: self.json,

@@ -22,16 +22,37 @@ pub enum Reached {
 pub struct StageSeconds {
     /// Pair forces.
     pub pair: f64,
-    /// Check, wrap, sort, list.
-    pub neighbor: f64,
+    /// Has a particle moved too far?
+    pub check: f64,
+    /// Wrap and sort into cells.
+    pub sort: f64,
+    /// Neighbor list.
+    pub list: f64,
     /// Fixes.
     pub modify: f64,
+}
+
+impl StageSeconds {
+    /// All that neighbors take.
+    pub fn neighbor(&self) -> f64 {
+        self.check + self.sort + self.list
+    }
+}
+
+/// How much the last list build had to do and left to do.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Work {
+    pub distance_tests_per_atom: f64,
+    /// Entries of the full list.
+    pub list_entries_per_atom: f64,
 }
 
 /// An engine that owns the particles while a run lasts.
 pub trait Backend {
     /// Name and device for the log, such as "cpu, 2 threads".
     fn describe(&self) -> String;
+    /// Further settings for the report, by name.
+    fn details(&self) -> Vec<(&'static str, String)>;
     /// Host threads it uses.
     fn threads(&self) -> usize;
     /// Takes the particles over; `step` is the number of the current step.
@@ -54,10 +75,13 @@ pub trait Backend {
     fn simulation_box(&self) -> &SimulationBox;
     fn statistics(&self) -> NeighborStatistics;
     fn seconds(&self) -> StageSeconds;
+    fn work(&self) -> Work;
     /// Neighbors of every particle within its neighbor cutoff at the last build, in storage order.
     fn neighbor_counts(&self) -> Vec<u32>;
     /// Bytes held for particles and lists.
     fn bytes(&self) -> usize;
     /// Particles removed since [`Backend::load`] because they left through a fixed side.
     fn lost(&self) -> usize;
+    /// What the loaded program was specialized to on this backend, line by line.
+    fn explain(&self) -> Vec<String>;
 }

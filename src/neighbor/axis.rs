@@ -82,12 +82,26 @@ impl Axis {
         Self { lo, edge, inverse_edge: 1.0 / edge, cells, periodic, reach }
     }
 
-    /// Cell and half (0 lower, 1 upper) of a coordinate inside the axis's extent.
+    /// Cell and eighth of it (0 to 7; from 4 on the upper half) of a coordinate inside the axis's extent.
     #[inline]
     pub fn locate(&self, x: f64) -> (i64, u8) {
         let position = (x - self.lo) * self.inverse_edge;
         let cell = (position as i64).clamp(0, self.cells - 1);
-        (cell, u8::from(position - cell as f64 >= 0.5))
+        (cell, ((8.0 * (position - cell as f64)) as u8).min(7))
+    }
+
+    /// Middle of a cell.
+    pub fn middle(&self, cell: i64) -> f64 {
+        self.lo + (cell as f64 + 0.5) * self.edge
+    }
+
+    /// How far the cells that a particle looks into may reach from the lower side of its own.
+    pub fn reach_length(&self) -> f64 {
+        let cells = match self.reach {
+            Reach::Octant { .. } => 1,
+            Reach::Cells(m) => m,
+        };
+        (cells + 1) as f64 * self.edge
     }
 
     /// Calls `look` for every cell that can hold neighbors of a particle in `half` of `cell`.

@@ -1,13 +1,25 @@
-//! Occupied cells: particles sorted by (cell, octant), and where each octant's run starts.
+//! Occupied cells: particles sorted by (cell, octant, part of the octant, id), and where each octant's run starts.
+
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use rayon::prelude::*;
+
+use super::Key;
+use crate::system::parallel::{self, Pieces};
 
 /// Octants of a cell: bit 0 the upper half along x, bit 1 along y, bit 2 along z.
 pub const OCTANTS: usize = 8;
 
-/// A dense table is kept where the grid has at most this many cells a particle (the paper asks to store occupied cells only;
-/// beyond this, memory would follow the volume).
+/// Where the grid has at most this many cells a particle, particles are counted into a dense table of cells (the paper asks to
+/// store occupied cells only; beyond this, memory would follow the volume).
 const DENSE_CELLS_PER_PARTICLE: u64 = 4;
+
+/// Particles that are counted as one piece at least, and most pieces: each has a table of its own.
+const PIECE: usize = 16_384;
+const MOST_PIECES: usize = 16;
+
+/// Octants that are sorted as one piece of work.
+const OCTANTS_A_PIECE: usize = 256;
 
 const EMPTY: u32 = u32::MAX;
 
@@ -20,56 +32,151 @@ pub struct Cells {
     starts: Vec<u32>,
     /// Index into `hashes` by cell hash, `EMPTY` where there is none; no entries where the grid is too large for a table.
     table: Vec<u32>,
-    /// (key, id, index before sorting), sorted.
+    /// Sort key by index before sorting.
+    keys: Vec<Key>,
+    /// Index before sorting, by place.
+    order: Vec<u32>,
+    /// The same while particles are dealt out.
+    dealt: Vec<AtomicU32>,
+    /// For each piece of particles the next place in each octant of the grid.
+    next: Vec<u32>,
+    /// Used where the grid has no table.
     entries: Vec<Entry>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 struct Entry {
-    key: u64,
+    key: Key,
     id: u32,
     index: u32,
 }
 
-impl Cells {
-    /// Sorts particles `0..keys.len()` by (key, id) and indexes the cells.
-    pub fn build(&mut self, count: usize, cells: u64, key: impl Fn(usize) -> u64 + Sync, id: &[u32]) {
-        self.entries.resize(count, Entry::default());
-        self.entries.par_iter_mut().with_min_len(4096).enumerate().for_each(|(index, entry)| {
-            *entry = Entry { key: key(index), id: id[index], index: index as u32 };
-        });
-        // Between builds few particles change octant, and the array is almost in order already.
-        self.entries.par_sort_unstable();
-        self.index(cells);
-    }
+/// Some octants and their particles.
+struct Octants<'a> {
+    starts: &'a [u32],
+    order: &'a mut [u32],
+}
 
-    fn index(&mut self, cells: u64) {
+impl Pieces for Octants<'_> {
+    fn split(self, at: usize) -> (Self, Self) {
+        let (low, high) = self.starts.split_at(at);
+        let (order, rest) = self.order.split_at_mut((high[0] - low[0]) as usize);
+        (Self { starts: low, order }, Self { starts: high, order: rest })
+    }
+    fn len(&self) -> usize {
+        self.starts.len()
+    }
+}
+
+impl Cells {
+    /// Sorts particles `0..count` by (key, id) and indexes the cells.
+    pub fn build(&mut self, count: usize, cells: u64, key: impl Fn(usize) -> Key + Sync, id: &[u32]) {
+        self.keys.resize(count, Key::default());
+        self.keys.par_iter_mut().with_min_len(4096).enumerate().for_each(|(k, to)| *to = key(k));
         self.hashes.clear();
         self.starts.clear();
-        let mut next = 0; // octant slots written so far, counted over all occupied cells
-        for (slot, entry) in self.entries.iter().enumerate() {
-            let hash = entry.key / OCTANTS as u64;
-            if self.hashes.last() != Some(&hash) {
-                while self.starts.len() < self.hashes.len() * OCTANTS {
-                    self.starts.push(slot as u32);
+        self.table.clear();
+        self.order.resize(count, 0);
+        if cells <= DENSE_CELLS_PER_PARTICLE * count as u64 + 64 {
+            self.sort_by_counting(cells as usize, id);
+        } else {
+            self.sort_by_comparing(id);
+        }
+    }
+
+    /// Counts the particles of each octant of the grid, deals them out, and sorts the few of each octant.
+    fn sort_by_counting(&mut self, cells: usize, id: &[u32]) {
+        let (count, octants) = (self.keys.len(), cells * OCTANTS);
+        let pieces = (count / PIECE).clamp(1, MOST_PIECES);
+        let size = count.div_ceil(pieces).max(1);
+        self.next.clear();
+        self.next.resize(pieces * octants, 0);
+        let keys = &self.keys;
+        self.next.par_chunks_mut(octants.max(1)).zip(keys.par_chunks(size)).for_each(|(next, keys)| {
+            keys.iter().for_each(|key| next[key.octant as usize] += 1);
+        });
+        self.table.resize(cells, EMPTY);
+        let mut place = 0;
+        for cell in 0..cells {
+            let first = self.starts.len();
+            let begin = place;
+            for octant in cell * OCTANTS..(cell + 1) * OCTANTS {
+                self.starts.push(place);
+                for piece in 0..pieces {
+                    place += std::mem::replace(&mut self.next[piece * octants + octant], place);
                 }
-                next = self.starts.len();
+            }
+            if place == begin {
+                self.starts.truncate(first);
+            } else {
+                self.table[cell] = self.hashes.len() as u32;
+                self.hashes.push(cell as u64);
+            }
+        }
+        self.starts.push(place);
+        self.dealt.resize_with(count, AtomicU32::default);
+        let dealt = &self.dealt;
+        let deal = |(piece, (next, keys)): (usize, (&mut [u32], &[Key]))| {
+            for (k, key) in keys.iter().enumerate() {
+                let to = &mut next[key.octant as usize];
+                dealt[*to as usize].store((piece * size + k) as u32, Ordering::Relaxed);
+                *to += 1;
+            }
+        };
+        self.next.par_chunks_mut(octants.max(1)).zip(keys.par_chunks(size)).enumerate().for_each(deal);
+        self.sort_octants(id);
+    }
+
+    /// Sorts what was dealt to each octant: little is out of order, since particles come in the order of the last build.
+    fn sort_octants(&mut self, id: &[u32]) {
+        let (dealt, keys) = (&self.dealt, &self.keys);
+        let rank = |k: u32| (keys[k as usize].part, id[k as usize]);
+        let sort = |_: usize, Octants { starts, order }: Octants<'_>| {
+            let first = starts[0];
+            for (to, from) in order.iter_mut().zip(&dealt[first as usize..]) {
+                *to = from.load(Ordering::Relaxed);
+            }
+            for (k, start) in starts.iter().enumerate() {
+                let end = starts.get(k + 1).map_or(order.len(), |e| (e - first) as usize);
+                let octant = &mut order[(start - first) as usize..end];
+                if !octant.is_sorted_by_key(|k| rank(*k)) {
+                    octant.sort_unstable_by_key(|k| rank(*k));
+                }
+            }
+        };
+        let octants = Octants { starts: &self.starts, order: &mut self.order };
+        parallel::each(octants, OCTANTS_A_PIECE, &sort, &|(), ()| ());
+    }
+
+    /// Sorts without a table: for grids that are mostly empty.
+    fn sort_by_comparing(&mut self, id: &[u32]) {
+        self.entries.resize(self.keys.len(), Entry::default());
+        let keys = &self.keys;
+        self.entries.par_iter_mut().with_min_len(4096).enumerate().for_each(|(index, entry)| {
+            *entry = Entry { key: keys[index], id: id[index], index: index as u32 };
+        });
+        self.entries.par_sort_unstable();
+        for slot in 0..self.entries.len() {
+            let entry = self.entries[slot];
+            self.order[slot] = entry.index;
+            let hash = entry.key.octant / OCTANTS as u64;
+            if self.hashes.last() != Some(&hash) {
+                self.close_cell(slot as u32);
                 self.hashes.push(hash);
             }
-            let octant = (entry.key % OCTANTS as u64) as usize;
-            while self.starts.len() <= next + octant {
+            let octant = (entry.key.octant % OCTANTS as u64) as usize;
+            while self.starts.len() <= (self.hashes.len() - 1) * OCTANTS + octant {
                 self.starts.push(slot as u32);
             }
         }
-        while self.starts.len() <= self.hashes.len() * OCTANTS {
-            self.starts.push(self.entries.len() as u32);
-        }
-        self.table.clear();
-        if cells <= DENSE_CELLS_PER_PARTICLE * self.entries.len() as u64 + 64 {
-            self.table.resize(cells as usize, EMPTY);
-            for (k, hash) in self.hashes.iter().enumerate() {
-                self.table[*hash as usize] = k as u32;
-            }
+        self.close_cell(self.entries.len() as u32);
+        self.starts.push(self.entries.len() as u32);
+    }
+
+    /// The last cell's octants that have no particle start where it ends.
+    fn close_cell(&mut self, slot: u32) {
+        while self.starts.len() < self.hashes.len() * OCTANTS {
+            self.starts.push(slot);
         }
     }
 
@@ -112,14 +219,16 @@ impl Cells {
     }
 
     /// Index before sorting of the particle now at each place.
-    pub fn sources(&self) -> impl IndexedParallelIterator<Item = u32> + '_ {
-        self.entries.par_iter().with_min_len(4096).map(|e| e.index)
+    pub fn sources(&self) -> &[u32] {
+        &self.order
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         self.hashes.capacity() * 8
-            + (self.starts.capacity() + self.table.capacity()) * 4
+            + (self.starts.capacity() + self.table.capacity() + self.order.capacity()) * 4
+            + (self.dealt.capacity() + self.next.capacity()) * 4
+            + self.keys.capacity() * size_of::<Key>()
             + self.entries.capacity() * size_of::<Entry>()
     }
 }

@@ -8,4 +8,4 @@ pub mod search;
 
 pub use cells::{Cells, OCTANTS};
 pub use policy::{Decision, LAMMPS_BIN, Policy};
-pub use search::{Grid, Run, Search};
+pub use search::{Grid, Key, Run, Search};

@@ -51,10 +51,22 @@ pub struct Run {
     pub image: [i32; 3],
 }
 
+/// Where a particle is sorted to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Key {
+    /// Cell hash times 8 plus octant.
+    pub octant: u64,
+    /// Place along a Z-order curve of 4 x 4 x 4 parts of the octant.
+    pub part: u8,
+}
+
 /// The grid: three axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
     pub axes: [Axis; 3],
+    /// Particles of an octant are sorted by its parts too, so that those near in memory are near in space; and the list build
+    /// passes over groups of particles that are out of reach.
+    pub compact: bool,
 }
 
 impl Grid {
@@ -72,7 +84,7 @@ impl Grid {
             };
             Axis::new(&AxisRequest { lo, hi, periodic, radius, edge, octant, most_cells: MOST_CELLS })
         });
-        Self { axes }
+        Self { axes, compact: search == Search::Trimmed }
     }
 
     /// Number of cells, which may be far more than there are particles.
@@ -80,13 +92,17 @@ impl Grid {
         self.axes.iter().map(|a| a.cells as u64).product()
     }
 
-    /// Cell hash (X fastest) times 8 plus octant: the sort key of a particle.
+    /// The sort key of a particle: cell hash (X fastest), octant, part of the octant.
     #[inline]
-    pub fn key(&self, x: &Vec3) -> u64 {
-        let (cx, hx) = self.axes[0].locate(x.x);
-        let (cy, hy) = self.axes[1].locate(x.y);
-        let (cz, hz) = self.axes[2].locate(x.z);
-        self.hash([cx, cy, cz]) * OCTANTS as u64 + u64::from(hx | hy << 1 | hz << 2)
+    pub fn key(&self, x: &Vec3) -> Key {
+        let (cx, ex) = self.axes[0].locate(x.x);
+        let (cy, ey) = self.axes[1].locate(x.y);
+        let (cz, ez) = self.axes[2].locate(x.z);
+        let halves = ex >> 2 | ey >> 2 << 1 | ez >> 2 << 2;
+        // Bits 1 and 0 of the eighths, interleaved.
+        let level = |bit: u8| (ex >> bit & 1) | (ey >> bit & 1) << 1 | (ez >> bit & 1) << 2;
+        let part = if self.compact { level(1) << 3 | level(0) } else { 0 };
+        Key { octant: self.hash([cx, cy, cz]) * OCTANTS as u64 + u64::from(halves), part }
     }
 
     /// Equation 1 of Morillo et al.: `z ny nx + y nx + x`.
@@ -102,10 +118,8 @@ impl Grid {
         [(hash % nx) as i64, (hash / nx % ny) as i64, (hash / nx / ny) as i64]
     }
 
-    /// Collects the runs that can hold neighbors of the particles in `octant` of `cell`, in order of z, y, x.
-    /// Neighboring runs in the same image are merged.
+    /// Adds the runs that can hold neighbors of the particles in `octant` of `cell`, in order of z, y, x; an octant each.
     pub fn runs(&self, cells: &Cells, cell: [i64; 3], octant: u8, runs: &mut Vec<Run>) {
-        runs.clear();
         let half = |axis: usize| octant >> axis & 1;
         self.axes[2].visits(cell[2], half(2), |z| {
             self.axes[1].visits(cell[1], half(1), |y| {
@@ -128,18 +142,14 @@ impl fmt::Display for Grid {
     }
 }
 
-/// Adds the wanted octants of occupied cell `k`: octants that follow each other in memory make one run.
+/// Adds the wanted octants of occupied cell `k`.
 fn octant_runs(cells: &Cells, k: usize, x: Visit, y: Visit, z: Visit, runs: &mut Vec<Run>) {
     let image = [x.image, y.image, z.image];
     for octant in 0..OCTANTS {
         let wanted = x.halves >> (octant & 1) & y.halves >> (octant >> 1 & 1) & z.halves >> (octant >> 2) & 1;
         let (start, end) = cells.octant(k, octant);
-        if wanted == 0 || start == end {
-            continue;
-        }
-        match runs.last_mut() {
-            Some(last) if last.end == start && last.image == image => last.end = end,
-            _ => runs.push(Run { start, end, image }),
+        if wanted != 0 && start != end {
+            runs.push(Run { start, end, image });
         }
     }
 }

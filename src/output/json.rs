@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 
 use super::{StageTimes, WrittenFile, write_whole};
 use crate::Error;
-use crate::engine::NeighborStatistics;
+use crate::engine::{NeighborStatistics, Work};
 
 /// Everything a program may want to know of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -22,6 +22,7 @@ pub struct Report {
     pub thermo: Vec<Map<String, Value>>,
     pub neighbors: NeighborReport,
     pub timing: TimingReport,
+    pub memory: MemoryReport,
     pub files: Vec<WrittenFile>,
 }
 
@@ -35,13 +36,33 @@ pub struct NeighborReport {
     pub builds: u64,
     /// Null where dangerous builds are not checked for.
     pub dangerous: Option<u64>,
+    /// Distances that the last build tested, over atoms.
+    pub distance_tests_per_atom: f64,
+    /// Entries of the full list over atoms: each pair counts twice.
+    pub list_entries_per_atom: f64,
+}
+
+/// What the simulation took at the end of the last run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct MemoryReport {
+    /// Particles, lists and working memory.
+    pub bytes: u64,
+    pub bytes_per_atom: f64,
+}
+
+impl MemoryReport {
+    pub fn new(bytes: usize, atoms: usize) -> Self {
+        let bytes_per_atom = if atoms > 0 { bytes as f64 / atoms as f64 } else { 0.0 };
+        Self { bytes: bytes as u64, bytes_per_atom }
+    }
 }
 
 impl NeighborReport {
-    pub fn new(statistics: &NeighborStatistics, atoms: usize) -> Self {
+    pub fn new(statistics: &NeighborStatistics, work: Work, atoms: usize) -> Self {
         let per_atom = if atoms > 0 { statistics.pairs as f64 / atoms as f64 } else { 0.0 };
         let NeighborStatistics { builds, dangerous, pairs, .. } = *statistics;
-        Self { total: pairs, per_atom, builds, dangerous }
+        let Work { distance_tests_per_atom, list_entries_per_atom } = work;
+        Self { total: pairs, per_atom, builds, dangerous, distance_tests_per_atom, list_entries_per_atom }
     }
 }
 

@@ -17,7 +17,7 @@ pub mod writable;
 pub use console::{Console, Echo};
 pub use dump::{DumpObserver, WrittenFile, open_dump};
 pub use facts::SceneFacts;
-pub use json::{NeighborReport, Report, TimingReport};
+pub use json::{MemoryReport, NeighborReport, Report, TimingReport};
 pub use printf::Printf;
 pub use progress::Progress;
 pub use quantities::{Number, Quantities};

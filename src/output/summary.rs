@@ -10,8 +10,14 @@ use crate::system::Units;
 pub struct StageTimes {
     /// Pair forces.
     pub pair: f64,
-    /// List builds and the checks before them.
+    /// List builds and the checks before them: the sum of the next three.
     pub neighbor: f64,
+    /// Whether particles have moved too far.
+    pub check: f64,
+    /// Wrapping, and sorting into cells.
+    pub sort: f64,
+    /// Searching and listing neighbors.
+    pub list: f64,
     /// Thermo rows and dumps.
     pub output: f64,
     /// Fixes: time integration and the like.
@@ -25,6 +31,9 @@ impl StageTimes {
     pub fn add(&mut self, other: &Self) {
         self.pair += other.pair;
         self.neighbor += other.neighbor;
+        self.check += other.check;
+        self.sort += other.sort;
+        self.list += other.list;
         self.output += other.output;
         self.modify += other.modify;
         self.other += other.other;

@@ -166,7 +166,7 @@ impl PairCoefficients {
                 pairs[i * n + j] = pair;
             }
         }
-        Ok((PairTable { style: self.style.name, shift: self.shift, types: n, pairs }, mixed, n * (n - 1) / 2))
+        Ok((PairTable { style: self.style.name, shift: self.shift, types: n, pairs, settings: Vec::new() }, mixed, n * (n - 1) / 2))
     }
 
     fn mix(&self, i: usize, j: usize) -> Result<TypePair, String> {
@@ -240,6 +240,6 @@ struct EnergyAt<'a> {
 impl StyleVisitor for EnergyAt<'_> {
     type Output = f64;
     fn visit<S: super::PairStyle>(self) -> f64 {
-        S::eval::<f64>(self.r * self.r, &S::params(self.coefficients)).energy
+        S::eval::<f64>(self.r * self.r, &S::params(self.coefficients, &[])).energy
     }
 }

@@ -56,9 +56,8 @@ pub trait PairStyle: Send + Sync + 'static {
     type Params<R: Real>: Copy + Send + Sync + 'static;
 
     /// Constants from the coefficients, in the order of [`PairStyle::COEFFICIENTS`].
-    fn params(coefficients: &[f64]) -> Self::Params<f64>;
-    /// The same constants in another arithmetic.
-    fn cast<R: Real>(params: &Self::Params<f64>) -> Self::Params<R>;
+    fn params(coefficients: &[f64], settings: &[f64]) -> Self::Params<f64>;
+    fn map<A: Real, B: Real>(params: &Self::Params<A>, convert: impl FnMut(A) -> B) -> Self::Params<B>;
     /// The untruncated formula at squared distance `r2`.
     fn eval<R: Real>(r2: R, params: &Self::Params<R>) -> PairValue<R>;
 }

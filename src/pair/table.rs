@@ -24,12 +24,19 @@ pub struct PairTable {
     pub types: usize,
     /// `types * types` entries, row-major, types from 0.
     pub pairs: Vec<TypePair>,
+    pub settings: Vec<f64>,
 }
 
 /// A number for each pair of types, row-major.
 pub type PerTypePair = Vec<f64>;
 
 impl PairTable {
+    pub fn scales(&self) -> (f64, f64) {
+        (1.0, 1.0)
+    }
+    pub fn scaled(&self, _energy: f64, _length: f64) -> PairTable {
+        self.clone()
+    }
     /// Largest cutoff, length units.
     pub fn largest_cutoff(&self) -> f64 {
         self.pairs.iter().map(|p| p.cutoff).fold(0.0, f64::max)
@@ -55,7 +62,7 @@ impl PairTable {
                 if r * r >= pair.cutoff * pair.cutoff {
                     return super::PairValue { force_over_r: 0.0, energy: 0.0 };
                 }
-                let value = S::eval::<f64>(r * r, &S::params(&pair.coefficients));
+                let value = S::eval::<f64>(r * r, &S::params(&pair.coefficients, &[]));
                 if shift {
                     Shifted::apply(value, &Shifted::params(pair.energy_at_cutoff))
                 } else {

@@ -9,8 +9,7 @@ pub trait Truncation: Send + Sync + 'static {
     type Params<R: Real>: Copy + Send + Sync + 'static;
     /// Constants from the energy at the cutoff.
     fn params(energy_at_cutoff: f64) -> Self::Params<f64>;
-    /// The same constants in another arithmetic.
-    fn cast<R: Real>(params: &Self::Params<f64>) -> Self::Params<R>;
+    fn map<A: Real, B: Real>(params: &Self::Params<A>, convert: impl FnMut(A) -> B) -> Self::Params<B>;
     /// Applies the rule inside the cutoff.
     fn apply<R: Real>(value: PairValue<R>, params: &Self::Params<R>) -> PairValue<R>;
 }
@@ -21,7 +20,8 @@ pub struct Cut;
 impl Truncation for Cut {
     type Params<R: Real> = ();
     fn params(_: f64) {}
-    fn cast<R: Real>(_: &()) {}
+    #[inline(always)]
+    fn map<A: Real, B: Real>(_: &(), _: impl FnMut(A) -> B) {}
     #[inline(always)]
     fn apply<R: Real>(value: PairValue<R>, _: &()) -> PairValue<R> {
         value
@@ -36,8 +36,9 @@ impl Truncation for Shifted {
     fn params(energy_at_cutoff: f64) -> f64 {
         energy_at_cutoff
     }
-    fn cast<R: Real>(offset: &f64) -> R {
-        R::constant(*offset)
+    #[inline(always)]
+    fn map<A: Real, B: Real>(offset: &A, mut convert: impl FnMut(A) -> B) -> B {
+        convert(*offset)
     }
     #[inline(always)]
     fn apply<R: Real>(value: PairValue<R>, offset: &R) -> PairValue<R> {

@@ -2,11 +2,13 @@
 //!
 //! `f64` is the reference, `f32` the arithmetic of the faster precisions, [`Dual`] carries a derivative so that each
 //! force can be tested against its energy. Formulas are branch-free: choices go through [`Real::select`], so that types
-//! that hold many values at once (SIMD lanes) or none (recorded expressions) fit the same trait.
+//! that hold many values at once ([`lanes`]) or none (recorded expressions) fit the same trait.
 
 mod dual;
+pub(crate) mod lanes;
 
 pub use dual::Dual;
+pub use lanes::Isa;
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -39,8 +41,19 @@ pub trait Real:
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
     /// Reciprocal.
+    #[inline(always)]
     fn recip(self) -> Self {
         Self::constant(1.0) / self
+    }
+    /// Reciprocal of the square root.
+    #[inline(always)]
+    fn rsqrt(self) -> Self {
+        self.sqrt().recip()
+    }
+    /// `self * a + b`; fused where the number type has a fused form at no cost.
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        self * a + b
     }
 }
 
@@ -48,21 +61,27 @@ macro_rules! scalar_real {
     ($t:ident) => {
         impl Real for $t {
             type Mask = bool;
+            #[inline(always)]
             fn constant(value: f64) -> Self {
                 value as $t
             }
+            #[inline(always)]
             fn sqrt(self) -> Self {
                 $t::sqrt(self)
             }
+            #[inline(always)]
             fn exp(self) -> Self {
                 $t::exp(self)
             }
+            #[inline(always)]
             fn ln(self) -> Self {
                 $t::ln(self)
             }
+            #[inline(always)]
             fn less(self, other: Self) -> bool {
                 self < other
             }
+            #[inline(always)]
             fn select(mask: bool, yes: Self, no: Self) -> Self {
                 if mask { yes } else { no }
             }

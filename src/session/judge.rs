@@ -10,7 +10,6 @@ use super::commands::{Done, Pass, carry_out};
 use super::run::{Outcome, STOP};
 use super::{Live, ScriptState, Settings};
 use crate::Error;
-use crate::engine::cpu::CpuBackend;
 use crate::engine::{Backend, Needs};
 use crate::neighbor::Grid;
 use crate::output::Console;
@@ -118,7 +117,7 @@ pub fn run(script: &Path, settings: &Settings) -> Result<Outcome, Error> {
     }
     console.line(&format!("Octant {} (reads LAMMPS input scripts)", env!("CARGO_PKG_VERSION")));
     let (_, end, checkpoint, mut console) = judge(&source, settings, console)?;
-    let backend: Box<dyn Backend> = Box::new(CpuBackend::new(settings.threads)?);
+    let backend: Box<dyn Backend> = Box::new(settings.engine()?);
     if let Some(path) = &settings.json {
         crate::output::check_writable(path)
             .map_err(|m| Error::Unavailable(format!("--json {}: {m}", path.display())))?;
@@ -212,7 +211,7 @@ pub fn neighbors(script: &Path, settings: &Settings, cutoff: Option<f64>) -> Res
         list_fits(&state.scene.state, space, cutoff).map_err(lacks)?;
     }
     let radius = program.pair.neighbor_cutoffs(program.policy.skin).into_iter().fold(0.0, f64::max);
-    let mut backend = CpuBackend::new(settings.threads)?;
+    let mut backend = settings.engine()?;
     backend.load(Arc::new(program), &state.scene.state, space, state.scene.step);
     // Overlapping atoms have no finite force, but they have neighbors.
     if let Err(fault) = backend.set_up(Needs::default())

@@ -12,7 +12,7 @@ mod state;
 
 pub use judge::{Judged, Neighbors, check, check_text, neighbors, run, stop_on_interrupt};
 pub use run::Outcome;
-pub use settings::{BackendChoice, Precision, Settings};
+pub use settings::{BackendChoice, Settings};
 
 use crate::engine::Backend;
 use crate::output::dump::DumpObserver;

@@ -119,10 +119,13 @@ fn summarize(
     (first, loop_seconds, output_seconds, cpu_seconds): (i64, f64, f64, Option<f64>),
 ) -> RunSummary {
     let engine = live.backend.seconds();
-    let busy = engine.pair + engine.neighbor + engine.modify + output_seconds;
+    let busy = engine.pair + engine.neighbor() + engine.modify + output_seconds;
     let stages = StageTimes {
         pair: engine.pair,
-        neighbor: engine.neighbor,
+        neighbor: engine.neighbor(),
+        check: engine.check,
+        sort: engine.sort,
+        list: engine.list,
         output: output_seconds,
         modify: engine.modify,
         other: (loop_seconds - busy).max(0.0),

@@ -6,8 +6,10 @@ use std::path::PathBuf;
 use serde_json::Value;
 
 use crate::Error;
-use crate::engine::Backend;
+use crate::engine::cpu::{CpuBackend, CpuOptions};
+use crate::engine::{Backend, Precision};
 use crate::neighbor::Search;
+use crate::real::Isa;
 
 /// Which engine to run on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -17,16 +19,6 @@ pub enum BackendChoice {
     Auto,
     Cpu,
     Cuda,
-}
-
-/// Arithmetic of positions, pairs and sums.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Precision {
-    Single,
-    Mixed,
-    /// All in f64.
-    #[default]
-    Double,
 }
 
 /// How to run a script.
@@ -63,26 +55,32 @@ impl Settings {
         if let Some(device) = self.device {
             return Err(Error::Unavailable(format!("--device {device}: this version of octant runs on no GPU")));
         }
-        if self.precision != Precision::Double {
-            return Err(Error::Unavailable("this version of octant computes in double precision only".into()));
-        }
         Ok(())
+    }
+
+    /// The engine these settings ask for. The environment variable `OCTANT_ISA` names an instruction set other than the best
+    /// of this processor, so that results of another machine type can be had bit by bit.
+    pub fn engine(&self) -> Result<CpuBackend, Error> {
+        let isa = match std::env::var("OCTANT_ISA") {
+            Ok(name) if !name.is_empty() => Some(Isa::named(&name).ok_or_else(|| {
+                let known = Isa::ALL.map(Isa::name).join(", ");
+                Error::Unavailable(format!("OCTANT_ISA={name} is no instruction set; known: {known}"))
+            })?),
+            _ => None,
+        };
+        CpuBackend::new(CpuOptions { threads: self.threads, precision: self.precision, isa })
     }
 
     /// For the report: how a script is run.
     pub fn describe(&self, script: &str, backend: &dyn Backend) -> BTreeMap<String, Value> {
-        let precision = match self.precision {
-            Precision::Single => "single",
-            Precision::Mixed => "mixed",
-            Precision::Double => "double",
-        };
         let entries = [
             ("script", Value::from(script)),
             ("backend", backend.describe().into()),
             ("threads", backend.threads().into()),
-            ("precision", precision.into()),
+            ("precision", self.precision.name().into()),
             ("search", self.search.name().into()),
         ];
-        entries.into_iter().map(|(key, value)| (key.to_string(), value)).collect()
+        let details = backend.details().into_iter().map(|(key, value)| (key, value.into()));
+        entries.into_iter().chain(details).map(|(key, value)| (key.to_string(), value)).collect()
     }
 }

@@ -6,7 +6,7 @@ use super::environment::BetweenRuns;
 use super::run::Outcome;
 use super::{Live, ScriptState, Settings};
 use crate::Error;
-use crate::output::{NeighborReport, RunSummary, ThermoTable, TimingReport, wall_time_line};
+use crate::output::{MemoryReport, NeighborReport, RunSummary, ThermoTable, TimingReport, wall_time_line};
 use crate::scene::SceneBuilder;
 use crate::script::command::thermo::ThermoStyleCommand;
 use crate::script::{InputError, Interpreter, Source, Statement};
@@ -49,7 +49,8 @@ impl Live<'_> {
         stages.add(&before.stages);
         self.steps += summary.steps;
         self.report.atoms = summary.atoms as u64;
-        self.report.neighbors = NeighborReport::new(&summary.neighbors, summary.atoms);
+        self.report.neighbors = NeighborReport::new(&summary.neighbors, self.backend.work(), summary.atoms);
+        self.report.memory = MemoryReport::new(self.backend.bytes(), summary.atoms);
         self.report.timing = TimingReport::new(before.loop_s + summary.loop_seconds, self.steps, stages);
     }
 

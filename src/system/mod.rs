@@ -2,6 +2,7 @@
 
 pub mod clock;
 pub mod memory;
+pub mod parallel;
 pub mod random;
 pub mod simulation_box;
 pub mod state;

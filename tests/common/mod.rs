@@ -4,10 +4,120 @@
 use std::sync::Arc;
 
 use octant::dynamics::Fix;
-use octant::engine::Program;
+use octant::engine::cpu::{CpuBackend, CpuOptions};
+use octant::engine::{Backend, Precision, Program};
 use octant::neighbor::{Policy, Search};
-use octant::pair::PairCoefficients;
+use octant::pair::{PairCoefficients, PairTable};
+use octant::real::Isa;
 use octant::system::{GROUP_ALL, LostAtoms, Side, SimulationBox, State, Units, Vec3};
+
+/// Relative tolerances of a backend's arithmetic.
+#[derive(Clone, Debug)]
+pub struct Tolerance {
+    /// Error of the force on any particle, over the RMS force: rounding of sums whose terms nearly cancel.
+    pub force: f64,
+    /// The same, RMS over all particles.
+    pub force_rms: f64,
+    /// Relative error of energies and virials.
+    pub energy: f64,
+    /// Energy drift of a thousand short steps, per particle, energy units.
+    pub drift: f64,
+    /// Change of the total momentum of 500 particles in a thousand steps.
+    pub momentum: f64,
+    /// Distance of two trajectories that differ by rounding, after 200 steps of 0.005.
+    pub trajectory: f64,
+}
+
+impl Tolerance {
+    /// Single and mixed precision round pairs as f32 does (6e-8), single also positions (2e-7 of a cell).
+    pub fn of(precision: Precision) -> Self {
+        match precision {
+            Precision::Double => Self {
+                force: 1e-12,
+                force_rms: 1e-13,
+                energy: 1e-11,
+                drift: 2e-4,
+                momentum: 1e-9,
+                trajectory: 1e-7,
+            },
+            Precision::Mixed => Self {
+                force: 3e-5,
+                force_rms: 3e-6,
+                energy: 1e-6,
+                drift: 2e-4,
+                momentum: 1e-3,
+                trajectory: 1e-2,
+            },
+            Precision::Single => Self {
+                force: 3e-5,
+                force_rms: 3e-6,
+                energy: 1e-6,
+                drift: 2e-3,
+                momentum: 1e-2,
+                trajectory: 1e-1,
+            },
+        }
+    }
+}
+
+/// A backend in one precision, on one instruction set.
+#[derive(Clone, Debug)]
+pub struct Variant {
+    pub name: String,
+    pub precision: Precision,
+    pub isa: Isa,
+    pub tolerance: Tolerance,
+}
+
+impl Variant {
+    pub fn cpu(&self, threads: usize) -> CpuBackend {
+        CpuBackend::new(CpuOptions { threads, precision: self.precision, isa: Some(self.isa) }).unwrap()
+    }
+
+    pub fn backend(&self, threads: usize) -> Box<dyn Backend> {
+        Box::new(self.cpu(threads))
+    }
+}
+
+/// Every precision on every instruction set of this processor.
+pub fn variants() -> Vec<Variant> {
+    let mut all = Vec::new();
+    for precision in Precision::ALL {
+        for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
+            let name = format!("cpu {} {}", precision.name(), isa.name());
+            all.push(Variant { name, precision, isa, tolerance: Tolerance::of(precision) });
+        }
+    }
+    all
+}
+
+/// Forces, energy and virial of all pairs within the cutoff, straight from the pair table, by minimum image.
+pub fn all_pairs(pair: &PairTable, state: &State, space: &SimulationBox) -> (Vec<Vec3>, f64, f64) {
+    let lengths = space.lengths();
+    let most = pair.largest_cutoff();
+    let mut f = vec![Vec3::zeros(); state.len()];
+    let (mut energy, mut virial) = (0.0, 0.0);
+    for i in 0..state.len() {
+        for j in i + 1..state.len() {
+            let mut d = state.x[i] - state.x[j];
+            for a in 0..3 {
+                if space.periodic(a) && d[a].abs() > 0.5 * lengths[a] {
+                    d[a] -= lengths[a] * (d[a] / lengths[a]).round();
+                }
+            }
+            if d.norm_squared() >= most * most {
+                continue;
+            }
+            let (ti, tj) = (state.kind[i] as usize - 1, state.kind[j] as usize - 1);
+            let value = pair.evaluate(ti, tj, d.norm()).unwrap();
+            f[i] += d * value.force_over_r;
+            f[j] -= d * value.force_over_r;
+            energy += value.energy;
+            virial += d.norm_squared() * value.force_over_r;
+        }
+    }
+    (f, energy, virial)
+}
 
 /// Lennard-Jones particles under `fix nve`, `cutoffs[t]` for type t + 1 and arithmetic means between types.
 pub fn program(cutoffs: &[f64], skin: f64, search: Search) -> Program {

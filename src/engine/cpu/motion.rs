@@ -1,109 +1,193 @@
-//! The per-particle rules: fixes, displacement check, kinetic sums.
+//! The per-particle rules in lanes: fixes, and sums over the motion.
 
-use rayon::prelude::*;
-
-use super::particles::{Particles, Site};
+use super::mode::Mode;
+use super::moving::{Moving, PIECE};
 use crate::dynamics::{Fix, FixStyle, FixVisitor, Motion, Step, with_fix};
-use crate::system::Vec3;
-
-/// Particles handled as one piece of work; also the unit of partial sums, so it must not depend on threads.
-const CHUNK: usize = 1024;
+use crate::real::lanes::{Element, Lanes, Simd, SimdVisitor, Work, with_simd};
+use crate::real::{Isa, Real};
+use crate::system::parallel::{self, Pieces};
+use crate::system::{GROUP_ALL, Vec3};
 
 /// Constants all particles share in a step.
-pub struct Kicks<'a> {
+#[derive(Clone, Copy, Debug)]
+pub struct Kicks<'a, S> {
     /// Timestep, time units.
-    pub dt: f64,
+    pub dt: S,
     /// dt / 2 / mass by type.
-    pub half: &'a [f64],
+    pub half: &'a [S],
+}
+
+/// Some particles' part of [`Moving`]; as many as fill all lanes.
+pub struct Piece<'a, M: Mode> {
+    pub x: [&'a mut [M::Store]; 3],
+    pub v: [&'a mut [M::Store]; 3],
+    pub f: [&'a [M::Force]; 3],
+    pub kind: &'a [u32],
+    pub mask: &'a [u32],
+    /// One for each particle, none for those that fill up.
+    pub slots: &'a mut [M::Slot],
+}
+
+impl<'a, M: Mode> Piece<'a, M> {
+    pub fn all(moving: &'a mut Moving<M>) -> Self {
+        Self {
+            x: moving.x.each_mut().map(|a| &mut a[..]),
+            v: moving.v.each_mut().map(|a| &mut a[..]),
+            f: moving.f.each_ref().map(|a| &a[..]),
+            kind: &moving.kind,
+            mask: &moving.mask,
+            slots: &mut moving.slots,
+        }
+    }
+}
+
+impl<M: Mode> Pieces for Piece<'_, M> {
+    fn split(self, at: usize) -> (Self, Self) {
+        let (x, v, f) = (self.x.split(at), self.v.split(at), self.f.split(at));
+        let (kind, mask, slots) = (self.kind.split_at(at), self.mask.split_at(at), self.slots.split_at_mut(at));
+        (
+            Self { x: x.0, v: v.0, f: f.0, kind: kind.0, mask: mask.0, slots: slots.0 },
+            Self { x: x.1, v: v.1, f: f.1, kind: kind.1, mask: mask.1, slots: slots.1 },
+        )
+    }
+    fn len(&self) -> usize {
+        self.kind.len()
+    }
 }
 
 /// A fix compiled for the CPU.
-pub trait FixKernel: Send + Sync {
-    /// Before the force.
-    fn initial(&self, particles: &mut Particles, kicks: &Kicks<'_>);
+pub trait FixKernel<M: Mode>: Send + Sync {
+    /// Before the force; returns the largest squared displacement, infinite where a position has become no number.
+    fn initial(&self, piece: &mut Piece<'_, M>, kicks: &Kicks<'_, M::Store>) -> f64;
     /// After the force.
-    fn last(&self, particles: &mut Particles, kicks: &Kicks<'_>);
+    fn last(&self, piece: &mut Piece<'_, M>, kicks: &Kicks<'_, M::Store>);
 }
 
 /// The kernel of a fix.
-pub fn fix_kernel(fix: &Fix) -> Option<Box<dyn FixKernel>> {
-    struct Compile<'a>(&'a Fix);
-    impl FixVisitor for Compile<'_> {
-        type Output = Box<dyn FixKernel>;
+pub fn fix_kernel<M: Mode>(fix: &Fix, isa: Isa) -> Option<Box<dyn FixKernel<M>>> {
+    struct Compile<'a, M>(&'a Fix, Isa, std::marker::PhantomData<M>);
+    impl<M: Mode> FixVisitor for Compile<'_, M> {
+        type Output = Box<dyn FixKernel<M>>;
         fn visit<F: FixStyle>(self) -> Self::Output {
-            let style = std::marker::PhantomData::<F>;
-            Box::new(Kernel { group: self.0.group, parameters: self.0.parameters.clone(), style })
+            struct On<'a, M, F>(&'a Fix, std::marker::PhantomData<(M, F)>);
+            impl<M: Mode, F: FixStyle> SimdVisitor for On<'_, M, F> {
+                type Output = Box<dyn FixKernel<M>>;
+                fn visit<I: Simd>(self, simd: I) -> Self::Output {
+                    let style = std::marker::PhantomData::<F>;
+                    Box::new(Kernel { simd, group: self.0.group, parameters: self.0.parameters.clone(), style })
+                }
+            }
+            with_simd(self.1, On::<M, F>(self.0, std::marker::PhantomData))
         }
     }
-    with_fix(fix.style, Compile(fix))
+    with_fix(fix.style, Compile::<M>(fix, isa, std::marker::PhantomData))
 }
 
-struct Kernel<F> {
+struct Kernel<I, F> {
+    simd: I,
     group: u32,
     parameters: Vec<f64>,
     style: std::marker::PhantomData<F>,
 }
 
-impl<F: FixStyle> Kernel<F> {
+impl<M: Mode, I: Simd, F: FixStyle> FixKernel<M> for Kernel<I, F> {
+    fn initial(&self, piece: &mut Piece<'_, M>, kicks: &Kicks<'_, M::Store>) -> f64 {
+        self.simd.vectorize(Apply::<M, I, F, true> { kernel: self, piece, kicks })
+    }
+    fn last(&self, piece: &mut Piece<'_, M>, kicks: &Kicks<'_, M::Store>) {
+        self.simd.vectorize(Apply::<M, I, F, false> { kernel: self, piece, kicks });
+    }
+}
+
+/// One half of a fix on a piece.
+struct Apply<'a, 'b, M: Mode, I, F, const INITIAL: bool> {
+    kernel: &'a Kernel<I, F>,
+    piece: &'a mut Piece<'b, M>,
+    kicks: &'a Kicks<'a, M::Store>,
+}
+
+impl<M: Mode, I: Simd, F: FixStyle, const INITIAL: bool> Work for Apply<'_, '_, M, I, F, INITIAL> {
+    type Output = f64;
+
     #[inline(always)]
-    fn apply(&self, particles: &mut Particles, kicks: &Kicks<'_>, rule: impl Fn(&mut Motion<f64>, &Step<f64>) + Sync) {
-        let sites = particles.site.par_chunks_mut(CHUNK);
-        let velocities = particles.v.par_chunks_mut(CHUNK);
-        let forces = particles.f.par_chunks(CHUNK);
-        let masks = particles.mask.par_chunks(CHUNK);
-        sites.zip(velocities).zip(forces.zip(masks)).for_each(|((sites, velocities), (forces, masks))| {
-            for (((site, v), f), mask) in sites.iter_mut().zip(velocities).zip(forces).zip(masks) {
-                if mask & self.group != 0 {
-                    let mut motion = Motion { x: site.x, v: (*v).into(), f: (*f).into() };
-                    rule(&mut motion, &Step { dt: kicks.dt, half_kick: kicks.half[site.kind as usize] });
-                    site.x = motion.x;
-                    *v = motion.v.into();
+    fn run(self) -> f64 {
+        type Of<M, I> = <M as Mode>::StoreLanes<I>;
+        let Apply { kernel, piece, kicks } = self;
+        let lanes = Of::<M, I>::COUNT;
+        // More parameters than any fix has.
+        let mut parameters = [Of::<M, I>::constant(0.0); 8];
+        for (to, from) in parameters.iter_mut().zip(&kernel.parameters) {
+            *to = Real::constant(*from);
+        }
+        let parameters = &parameters[..kernel.parameters.len()];
+        let dt = Of::<M, I>::splat(kicks.dt);
+        let zero = Of::<M, I>::constant(0.0);
+        let (mut most, mut poison) = (zero, zero);
+        let mut k = 0;
+        while k < piece.kind.len() {
+            let half_kick = match kicks.half {
+                [half] => Of::<M, I>::splat(*half),
+                halves => Of::<M, I>::lookup(halves, &piece.kind[k..]),
+            };
+            let step = Step { dt, half_kick };
+            let before: [Of<M, I>; 3] = std::array::from_fn(|a| Lanes::load(&piece.x[a][k..]));
+            let mut motion = Motion {
+                x: before,
+                v: std::array::from_fn(|a| Lanes::load(&piece.v[a][k..])),
+                f: std::array::from_fn(|a| M::Force::lanes(&piece.f[a][k..])),
+            };
+            let was = motion;
+            if INITIAL {
+                F::initial(&mut motion, &step, parameters);
+            } else {
+                F::last(&mut motion, &step, parameters);
+            }
+            if kernel.group != GROUP_ALL {
+                let member = |l: usize| {
+                    let member = piece.mask[k + l] & kernel.group != 0;
+                    M::Store::of(if member { 1.0 } else { 0.0 })
+                };
+                let members = zero.less(Of::<M, I>::from_fn(member));
+                for a in 0..3 {
+                    motion.x[a] = Of::<M, I>::select(members, motion.x[a], was.x[a]);
+                    motion.v[a] = Of::<M, I>::select(members, motion.v[a], was.v[a]);
                 }
             }
-        });
+            for a in 0..3 {
+                motion.v[a].store(&mut piece.v[a][k..]);
+            }
+            if INITIAL {
+                let d: [Of<M, I>; 3] = std::array::from_fn(|a| motion.x[a] - before[a]);
+                let squared = d[2].mul_add(d[2], d[1].mul_add(d[1], d[0] * d[0]));
+                most = most.max(squared);
+                // Infinite and undefined numbers make this undefined for good.
+                poison = squared.mul_add(zero, poison);
+                for a in 0..3 {
+                    motion.x[a].store(&mut piece.x[a][k..]);
+                }
+            }
+            k += lanes;
+        }
+        if INITIAL && poison.sum().double() != 0.0 { f64::INFINITY } else { most.largest().double() }
     }
-}
-
-impl<F: FixStyle> FixKernel for Kernel<F> {
-    fn initial(&self, particles: &mut Particles, kicks: &Kicks<'_>) {
-        self.apply(particles, kicks, |motion, step| F::initial(motion, step, &self.parameters));
-    }
-
-    fn last(&self, particles: &mut Particles, kicks: &Kicks<'_>) {
-        self.apply(particles, kicks, |motion, step| F::last(motion, step, &self.parameters));
-    }
-}
-
-/// Has any particle moved further than the square root of `trigger` since `then`?
-pub fn moved(now: &[Site], then: &[Site], trigger: f64) -> bool {
-    let far = |(a, b): (&Site, &Site)| {
-        let d = [a.x[0] - b.x[0], a.x[1] - b.x[1], a.x[2] - b.x[2]];
-        let squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-        // A position that is no number calls for a build, which finds it.
-        squared > trigger || squared.is_nan()
-    };
-    now.par_chunks(CHUNK).zip(then.par_chunks(CHUNK)).any(|(now, then)| now.iter().zip(then).any(far))
 }
 
 /// Sum of m v_a v_b in mass times velocity squared: xx, yy, zz, xy, xz, yz.
-pub fn kinetic_sums(site: &[Site], v: &[Vec3], masses: &[f64]) -> [f64; 6] {
-    let chunk_sums = |(sites, velocities): (&[Site], &[Vec3])| {
+pub fn kinetic_sums<M: Mode>(moving: &Moving<M>, masses: &[f64]) -> [f64; 6] {
+    let sum = |_: usize, (v, kinds): ([&[M::Store]; 3], &[u32])| {
         let mut t = [0.0; 6];
-        for (s, v) in sites.iter().zip(velocities) {
-            let m = masses[s.kind as usize];
+        for (k, kind) in kinds.iter().enumerate() {
+            let v = Vec3::from(std::array::from_fn(|a| v[a][k].double()));
             let products = [v.x * v.x, v.y * v.y, v.z * v.z, v.x * v.y, v.x * v.z, v.y * v.z];
+            let m = masses[*kind as usize];
             for (total, product) in t.iter_mut().zip(products) {
                 *total += m * product;
             }
         }
         t
     };
-    let partial: Vec<[f64; 6]> = site.par_chunks(CHUNK).zip(v.par_chunks(CHUNK)).map(chunk_sums).collect();
-    let mut total = [0.0; 6];
-    for part in partial {
-        for (t, p) in total.iter_mut().zip(part) {
-            *t += p;
-        }
-    }
-    total
+    let n = moving.len();
+    let pieces = (moving.v.each_ref().map(|a| &a[..n]), &moving.kind[..n]);
+    let join = |a: [f64; 6], b: [f64; 6]| std::array::from_fn(|k| a[k] + b[k]);
+    parallel::each(pieces, PIECE, &sum, &join)
 }

@@ -1,28 +1,15 @@
-//! The particles of the CPU engine, in cell order.
+//! The particles at a list build, in double precision and cell order: what builds start from, and what is left when a run
+//! goes wrong.
 
 use rayon::prelude::*;
 
 use crate::neighbor::{Cells, Grid, Search};
+use crate::system::parallel;
 use crate::system::state::survivors;
 use crate::system::{SimulationBox, State, Vec3};
 
-/// What pair arithmetic reads of a particle, half a cache line.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(C, align(32))]
-pub struct Site {
-    /// Position, length units.
-    pub x: [f64; 3],
-    /// Type from 0.
-    pub kind: u32,
-    /// Place in storage order.
-    pub home: u32,
-}
-
-impl Site {
-    pub fn position(&self) -> Vec3 {
-        Vec3::from(self.x)
-    }
-}
+/// Particles wrapped, copied or gathered as one piece of work.
+const PIECE: usize = 2048;
 
 /// A particle that is no longer in the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,12 +21,17 @@ pub struct Lost {
     pub far: bool,
 }
 
-/// Structure of arrays, sorted by (cell, octant), ties by id. One entry a particle each.
+/// Structure of arrays, sorted by (cell, octant, part of the octant), ties by id. One entry a particle each.
 #[derive(Clone, Debug, Default)]
 pub struct Particles {
-    pub site: Vec<Site>,
+    /// Positions, length units.
+    pub x: Vec<Vec3>,
+    /// Velocities, length / time units.
     pub v: Vec<Vec3>,
-    pub f: Vec<Vec3>,
+    /// Types from 0.
+    pub kind: Vec<u32>,
+    /// Places in storage order.
+    pub home: Vec<u32>,
     pub image: Vec<[i32; 3]>,
     pub id: Vec<u32>,
     pub mask: Vec<u32>,
@@ -47,15 +39,15 @@ pub struct Particles {
 
 impl Particles {
     /// Bytes of one particle in all arrays.
-    pub const BYTES: usize = size_of::<Site>() + 2 * size_of::<Vec3>() + size_of::<[i32; 3]>() + 2 * size_of::<u32>();
+    pub const BYTES: usize = 2 * size_of::<Vec3>() + size_of::<[i32; 3]>() + 4 * size_of::<u32>();
 
     /// Copies a state.
     pub fn load(state: &State) -> Self {
-        let site = |k: usize| Site { x: state.x[k].into(), kind: state.kind[k] - 1, home: k as u32 };
         Self {
-            site: (0..state.len()).map(site).collect(),
+            x: state.x.clone(),
             v: state.v.clone(),
-            f: state.f.clone(),
+            kind: state.kind.iter().map(|kind| kind - 1).collect(),
+            home: (0..state.len() as u32).collect(),
             image: state.image.clone(),
             id: state.id.clone(),
             mask: state.mask.clone(),
@@ -66,17 +58,7 @@ impl Particles {
         self.id.len()
     }
 
-    /// Takes velocities and groups over from a state of the same particles.
-    pub fn take_over_motion(&mut self, state: &State) {
-        for ((site, v), mask) in self.site.iter().zip(&mut self.v).zip(&mut self.mask) {
-            let home = site.home as usize;
-            if let (Some(new_v), Some(new_mask)) = (state.v.get(home), state.mask.get(home)) {
-                (*v, *mask) = (*new_v, *new_mask);
-            }
-        }
-    }
-
-    /// Writes everything back in storage order.
+    /// Writes everything but forces back in storage order.
     pub fn store(&self, state: &mut State) {
         let n = self.len();
         state.id.resize(n, 0);
@@ -87,50 +69,54 @@ impl Particles {
         state.image.resize(n, [0; 3]);
         state.mask.resize(n, 0);
         for k in 0..n {
-            let home = self.site[k].home as usize;
+            let home = self.home[k] as usize;
             state.id[home] = self.id[k];
-            state.kind[home] = self.site[k].kind + 1;
-            state.x[home] = self.site[k].position();
+            state.kind[home] = self.kind[k] + 1;
+            state.x[home] = self.x[k];
             state.v[home] = self.v[k];
-            state.f[home] = self.f[k];
             state.image[home] = self.image[k];
             state.mask[home] = self.mask[k];
         }
     }
 
-    /// Reorders all arrays by the order the cells were sorted in; `spare` holds the arrays swapped out.
-    pub fn reorder(&mut self, cells: &Cells, spare: &mut Self) {
-        fn gather<T: Copy + Send + Sync>(from: &mut Vec<T>, spare: &mut Vec<T>, cells: &Cells) {
-            spare.clear();
-            spare.par_extend(cells.sources().map(|k| from[k as usize]));
-            std::mem::swap(from, spare);
+    /// Becomes `from` in the order that the cells were sorted in.
+    pub fn gather(&mut self, from: &Self, cells: &Cells) {
+        fn one<T: Copy + Default + Send + Sync>(to: &mut Vec<T>, from: &[T], order: &[u32]) {
+            to.resize(order.len(), T::default());
+            let copy = |_: usize, (to, order): (&mut [T], &[u32])| {
+                for (to, k) in to.iter_mut().zip(order) {
+                    *to = from[*k as usize];
+                }
+            };
+            parallel::each((&mut to[..], order), PIECE, &copy, &|(), ()| ());
         }
-        gather(&mut self.site, &mut spare.site, cells);
-        gather(&mut self.v, &mut spare.v, cells);
-        gather(&mut self.f, &mut spare.f, cells);
-        gather(&mut self.image, &mut spare.image, cells);
-        gather(&mut self.id, &mut spare.id, cells);
-        gather(&mut self.mask, &mut spare.mask, cells);
+        let order = cells.sources();
+        one(&mut self.x, &from.x, order);
+        one(&mut self.v, &from.v, order);
+        one(&mut self.kind, &from.kind, order);
+        one(&mut self.home, &from.home, order);
+        one(&mut self.image, &from.image, order);
+        one(&mut self.id, &from.id, order);
+        one(&mut self.mask, &from.mask, order);
     }
 
     /// Places of all particles with a position or velocity that is no number.
     pub fn broken(&self) -> Vec<usize> {
-        let fine = |k: usize| self.site[k].x.iter().chain(self.v[k].iter()).all(|c| c.is_finite());
-        (0..self.len()).filter(|k| !fine(*k)).collect()
+        let fine = |k: usize| self.x[k].iter().chain(self.v[k].iter()).all(|c| c.is_finite());
+        let broken = |k: &usize| !fine(*k);
+        (0..self.len()).into_par_iter().with_min_len(PIECE).filter(broken).collect()
     }
 
     /// Wraps everything into the box; returns the places of particles that are lost: beyond a fixed side, or more than a box
     /// length outside (LAMMPS wraps by one image, even at a set-up, and loses what is still outside).
     pub fn wrap(&mut self, simulation_box: &SimulationBox) -> Vec<Lost> {
-        let wrap_one = |(k, (site, image)): (usize, (&mut Site, &mut [i32; 3]))| {
-            let mut x = site.position();
-            let from = x;
-            simulation_box.wrap_once(&mut x, image);
-            site.x = x.into();
+        let wrap_one = |(k, (x, image)): (usize, (&mut Vec3, &mut [i32; 3]))| {
+            let from = *x;
+            simulation_box.wrap_once(x, image);
             let far = |axis| simulation_box.periodic(axis);
-            simulation_box.outside(&x).map(|axis| Lost { place: k, position: from, far: far(axis) })
+            simulation_box.outside(x).map(|axis| Lost { place: k, position: from, far: far(axis) })
         };
-        let pairs = self.site.par_iter_mut().with_min_len(4096).zip(self.image.par_iter_mut());
+        let pairs = self.x.par_iter_mut().with_min_len(PIECE).zip(self.image.par_iter_mut());
         pairs.enumerate().filter_map(wrap_one).collect()
     }
 
@@ -140,24 +126,25 @@ impl Particles {
         let n = self.len();
         let mut pass = vec![3; n];
         for one in lost {
-            let site = &self.site[one.place];
-            pass[site.home as usize] = simulation_box.outside(&site.position()).unwrap_or(3);
+            let axis = simulation_box.outside(&self.x[one.place]);
+            pass[self.home[one.place] as usize] = axis.unwrap_or(3);
         }
         let storage = survivors(&pass);
         let mut home = vec![u32::MAX; n];
         for (new, old) in storage.iter().enumerate() {
             home[*old] = new as u32;
         }
-        for site in &mut self.site {
-            site.home = home[site.home as usize];
+        for place in &mut self.home {
+            *place = home[*place as usize];
         }
-        let keep: Vec<bool> = self.site.iter().map(|s| s.home != u32::MAX).collect();
+        let keep: Vec<bool> = self.home.iter().map(|home| *home != u32::MAX).collect();
+        retain(&mut self.x, &keep);
         retain(&mut self.v, &keep);
-        retain(&mut self.f, &keep);
+        retain(&mut self.kind, &keep);
         retain(&mut self.image, &keep);
         retain(&mut self.id, &keep);
         retain(&mut self.mask, &keep);
-        retain(&mut self.site, &keep);
+        retain(&mut self.home, &keep);
     }
 
     /// Sorts storage order into bins of about `bin` (X fastest), as LAMMPS does: inside a bin the order stays.
@@ -174,13 +161,13 @@ impl Particles {
             ((x - simulation_box.lo[axis]) * inverse).floor().clamp(0.0, bins[axis] - 1.0) as u64
         };
         let mut order: Vec<(u64, u32, u32)> = Vec::with_capacity(self.len());
-        for (k, site) in self.site.iter().enumerate() {
-            let [x, y, z] = std::array::from_fn(|axis| place(site.x[axis], axis));
-            order.push(((z * bins.y as u64 + y) * bins.x as u64 + x, site.home, k as u32));
+        for (k, (at, home)) in self.x.iter().zip(&self.home).enumerate() {
+            let [x, y, z] = std::array::from_fn(|axis| place(at[axis], axis));
+            order.push(((z * bins.y as u64 + y) * bins.x as u64 + x, *home, k as u32));
         }
         order.par_sort_unstable();
         for (home, (_, _, k)) in order.iter().enumerate() {
-            self.site[*k as usize].home = home as u32;
+            self.home[*k as usize] = home as u32;
         }
     }
 
@@ -195,7 +182,7 @@ impl Particles {
             (lo, hi)
         };
         let (lo, hi) =
-            self.site.par_iter().with_min_len(4096).map(|s| (s.x, s.x)).fold(empty, join).reduce(empty, join);
+            self.x.par_iter().with_min_len(PIECE).map(|x| ((*x).into(), (*x).into())).fold(empty, join).reduce(empty, join);
         if self.len() == 0 { (Vec3::zeros(), Vec3::zeros()) } else { (lo.into(), hi.into()) }
     }
 

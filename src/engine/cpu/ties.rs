@@ -5,8 +5,6 @@
 //! copy is the one in the upper bin (by z, then y, then x; edge about half the largest neighbor cutoff) or, in one bin, the
 //! one with the upper coordinates. Deciding so in both rows also keeps forces equal and opposite.
 
-use super::list::image_of;
-use super::particles::Site;
 use crate::neighbor::LAMMPS_BIN;
 use crate::system::{SimulationBox, Vec3};
 
@@ -41,25 +39,15 @@ impl Ties {
 
     /// The squared distance that LAMMPS finds for particle i and the image of j.
     #[cold]
-    pub fn squared_distance(&self, i: &Site, j: &Site, image: [i32; 3]) -> f64 {
+    pub fn squared_distance(&self, i: &Vec3, j: &Vec3, image: [i32; 3]) -> f64 {
         let above = self.shifted(j, image);
-        let d = if self.is_above(&above, &i.position()) {
-            i.position() - above
-        } else {
-            j.position() - self.shifted(i, image.map(|n| -n))
-        };
+        let d = if self.is_above(&above, i) { i - above } else { j - self.shifted(i, image.map(|n| -n)) };
         d.x * d.x + d.y * d.y + d.z * d.z
     }
 
-    /// The same, with the shift of j as a length.
-    #[cold]
-    pub fn shifted_squared_distance(&self, i: &Site, j: &Site, shift: &[f64; 3]) -> f64 {
-        self.squared_distance(i, j, image_of(shift, &self.lengths))
-    }
-
     /// A copy's position: one addition of the edge per image.
-    fn shifted(&self, site: &Site, image: [i32; 3]) -> Vec3 {
-        let mut x = site.position();
+    fn shifted(&self, x: &Vec3, image: [i32; 3]) -> Vec3 {
+        let mut x = *x;
         for axis in 0..3 {
             for _ in 0..image[axis].unsigned_abs() {
                 x[axis] += if image[axis] > 0 { self.lengths[axis] } else { -self.lengths[axis] };
@@ -99,8 +87,7 @@ mod tests {
         let periodic = [[Side::Periodic; 2]; 3];
         let simulation_box = SimulationBox::new(Vec3::repeat(0.1), Vec3::new(4.3, 5.2, 3.1), periodic);
         let ties = Ties::new(&[2.8], &simulation_box);
-        let site = |x: [f64; 3]| Site { x, ..Site::default() };
-        let (a, b) = (site([0.3, 0.7, 0.9]), site([4.1, 5.1, 0.9]));
+        let (a, b) = (Vec3::new(0.3, 0.7, 0.9), Vec3::new(4.1, 5.1, 0.9));
         for image in [[-1, 0, 0], [0, -1, 0], [-1, -1, 0], [-1, -1, 1], [0, 0, -1], [2, 0, -3]] {
             let back = image.map(|n| -n);
             assert_eq!(ties.squared_distance(&a, &b, image), ties.squared_distance(&b, &a, back), "{image:?}");

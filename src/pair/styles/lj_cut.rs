@@ -24,7 +24,7 @@ impl PairStyle for Style {
     ];
     type Params<R: Real> = Params<R>;
 
-    fn params(c: &[f64]) -> Params<f64> {
+    fn params(c: &[f64], _: &[f64]) -> Params<f64> {
         let (epsilon, sigma) = (c[0], c[1]);
         let (sigma6, sigma12) = (sigma.powf(6.0), sigma.powf(12.0));
         Params {
@@ -35,12 +35,13 @@ impl PairStyle for Style {
         }
     }
 
-    fn cast<R: Real>(p: &Params<f64>) -> Params<R> {
+    #[inline(always)]
+    fn map<A: Real, B: Real>(p: &Params<A>, mut convert: impl FnMut(A) -> B) -> Params<B> {
         Params {
-            force12: R::constant(p.force12),
-            force6: R::constant(p.force6),
-            energy12: R::constant(p.energy12),
-            energy6: R::constant(p.energy6),
+            force12: convert(p.force12),
+            force6: convert(p.force6),
+            energy12: convert(p.energy12),
+            energy6: convert(p.energy6),
         }
     }
 

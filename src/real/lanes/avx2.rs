@@ -1,0 +1,496 @@
+//! AVX2 with FMA: 8 single or 4 double precision lanes.
+//!
+//! Safety of every block here: the intrinsics need AVX2 and FMA (the bit instructions come with them). Lanes are only made by work that [`Avx2::vectorize`] runs,
+//! and an [`Avx2`] only exists where detection found them. Loads and stores go through slices whose length is checked, or
+//! through references.
+
+use std::arch::x86_64::*;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use super::{DoubleSlot, FixedSlot, Lanes, PairLanes, PositionLanes, SearchLanes, Simd, Tile, WHOLE, Work};
+use crate::real::Real;
+
+/// Proof that the processor has what this file uses.
+#[derive(Clone, Copy, Debug)]
+pub struct Avx2(());
+
+impl Avx2 {
+    pub fn detect() -> Option<Self> {
+        let found = is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("popcnt")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2");
+        found.then_some(Self(()))
+    }
+}
+
+#[target_feature(enable = "avx2,fma,popcnt,bmi1,bmi2")]
+fn with_features<W: Work>(work: W) -> W::Output {
+    work.run()
+}
+
+impl Simd for Avx2 {
+    type F32 = F32;
+    type F64 = F64;
+    #[inline(always)]
+    fn vectorize<W: Work>(self, work: W) -> W::Output {
+        // SAFETY: `self` proves that detection found the features.
+        unsafe { with_features(work) }
+    }
+}
+
+#[derive(Clone, Copy)]
+pub struct F32(__m256);
+#[derive(Clone, Copy)]
+pub struct F64(__m256d);
+
+macro_rules! lanes {
+    ($name:ident, $t:ident, $count:literal, $mask:ident, $set1:ident, $load:ident, $store:ident, $add:ident, $sub:ident,
+     $mul:ident, $div:ident, $sqrt:ident, $fmadd:ident, $cmp:ident, $blend:ident, $round:ident, $max:ident,
+     $movemask:ident) => {
+        impl Add for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, b: Self) -> Self {
+                unsafe { Self($add(self.0, b.0)) }
+            }
+        }
+        impl Sub for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn sub(self, b: Self) -> Self {
+                unsafe { Self($sub(self.0, b.0)) }
+            }
+        }
+        impl Mul for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn mul(self, b: Self) -> Self {
+                unsafe { Self($mul(self.0, b.0)) }
+            }
+        }
+        impl Div for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn div(self, b: Self) -> Self {
+                unsafe { Self($div(self.0, b.0)) }
+            }
+        }
+        impl Neg for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                Self::constant(-0.0) - self
+            }
+        }
+
+        impl Real for $name {
+            type Mask = $mask;
+            #[inline(always)]
+            fn constant(value: f64) -> Self {
+                Self::splat(value as $t)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                unsafe { Self($sqrt(self.0)) }
+            }
+            #[inline(always)]
+            fn exp(self) -> Self {
+                super::exp::exp(self)
+            }
+            #[inline(always)]
+            fn ln(self) -> Self {
+                super::exp::ln(self)
+            }
+            #[inline(always)]
+            fn less(self, other: Self) -> $mask {
+                unsafe { $cmp::<_CMP_LT_OQ>(self.0, other.0) }
+            }
+            #[inline(always)]
+            fn select(mask: $mask, yes: Self, no: Self) -> Self {
+                unsafe { Self($blend(no.0, yes.0, mask)) }
+            }
+            #[inline(always)]
+            fn recip(self) -> Self {
+                estimate::recip::$t(self)
+            }
+            #[inline(always)]
+            fn rsqrt(self) -> Self {
+                estimate::rsqrt::$t(self)
+            }
+            #[inline(always)]
+            fn mul_add(self, a: Self, b: Self) -> Self {
+                unsafe { Self($fmadd(self.0, a.0, b.0)) }
+            }
+        }
+
+        impl Lanes for $name {
+            type Element = $t;
+            const COUNT: usize = $count;
+            #[inline(always)]
+            fn from_fn(value: impl FnMut(usize) -> $t) -> Self {
+                let values: [$t; $count] = std::array::from_fn(value);
+                Self::load(&values)
+            }
+            #[inline(always)]
+            fn splat(value: $t) -> Self {
+                unsafe { Self($set1(value)) }
+            }
+            #[inline(always)]
+            fn load(from: &[$t]) -> Self {
+                let from = &from[..$count];
+                unsafe { Self($load(from.as_ptr())) }
+            }
+            #[inline(always)]
+            fn load_single(from: &[f32]) -> Self {
+                load_single::$t(&from[..$count])
+            }
+            #[inline(always)]
+            fn load_double(from: &[f64]) -> Self {
+                load_double::$t(&from[..$count])
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [$t]) {
+                let to = &mut to[..$count];
+                unsafe { $store(to.as_mut_ptr(), self.0) }
+            }
+            #[inline(always)]
+            fn round(self) -> Self {
+                unsafe { Self($round::<{ _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC }>(self.0)) }
+            }
+            #[inline(always)]
+            fn power_of_two(self) -> Self {
+                power_of_two::$t(self)
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                unsafe { Self($max(self.0, other.0)) }
+            }
+            #[inline(always)]
+            fn sum(self) -> $t {
+                fold::$t(self, |a, b| a + b)
+            }
+            #[inline(always)]
+            fn sums(three: [Self; 3]) -> [$t; 3] {
+                sums::$t(three)
+            }
+            #[inline(always)]
+            fn largest(self) -> $t {
+                fold::$t(self, |a, b| if a > b { a } else { b })
+            }
+            #[inline(always)]
+            fn bits(mask: $mask) -> u32 {
+                unsafe { $movemask(mask) as u32 }
+            }
+            #[inline(always)]
+            fn mask(bits: u32) -> $mask {
+                let all = |k: usize| if bits >> k & 1 == 1 { -1.0 } else { 0.0 };
+                // The sign decides in every use of a mask.
+                Self::from_fn(all).0
+            }
+        }
+    };
+}
+
+lanes!(
+    F32, f32, 8, __m256, _mm256_set1_ps, _mm256_loadu_ps, _mm256_storeu_ps, _mm256_add_ps, _mm256_sub_ps, _mm256_mul_ps,
+    _mm256_div_ps, _mm256_sqrt_ps, _mm256_fmadd_ps, _mm256_cmp_ps, _mm256_blendv_ps, _mm256_round_ps, _mm256_max_ps,
+    _mm256_movemask_ps
+);
+lanes!(
+    F64, f64, 4, __m256d, _mm256_set1_pd, _mm256_loadu_pd, _mm256_storeu_pd, _mm256_add_pd, _mm256_sub_pd, _mm256_mul_pd,
+    _mm256_div_pd, _mm256_sqrt_pd, _mm256_fmadd_pd, _mm256_cmp_pd, _mm256_blendv_pd, _mm256_round_pd, _mm256_max_pd,
+    _mm256_movemask_pd
+);
+
+/// Sums of the lanes of three registers, side by side.
+#[inline(always)]
+pub fn sums_single([x, y, z]: [__m256; 3]) -> [f32; 3] {
+    let mut to = [0.0; 4];
+    unsafe {
+        let pairs = _mm256_hadd_ps(_mm256_hadd_ps(x, y), _mm256_hadd_ps(z, z));
+        let sum = _mm_add_ps(_mm256_castps256_ps128(pairs), _mm256_extractf128_ps::<1>(pairs));
+        _mm_storeu_ps(to.as_mut_ptr(), sum);
+    }
+    [to[0], to[1], to[2]]
+}
+
+/// Sums of the lanes of three registers, side by side.
+#[inline(always)]
+pub fn sums_double([x, y, z]: [__m256d; 3]) -> [f64; 3] {
+    unsafe {
+        let (xy, zz) = (_mm256_hadd_pd(x, y), _mm256_hadd_pd(z, z));
+        let xy = _mm_add_pd(_mm256_castpd256_pd128(xy), _mm256_extractf128_pd::<1>(xy));
+        let zz = _mm_add_pd(_mm256_castpd256_pd128(zz), _mm256_extractf128_pd::<1>(zz));
+        [_mm_cvtsd_f64(xy), _mm_cvtsd_f64(_mm_unpackhi_pd(xy, xy)), _mm_cvtsd_f64(zz)]
+    }
+}
+
+/// Sums of three, named by the type of the lanes.
+mod sums {
+    use super::*;
+    #[inline(always)]
+    pub fn f32([x, y, z]: [F32; 3]) -> [f32; 3] {
+        sums_single([x.0, y.0, z.0])
+    }
+    #[inline(always)]
+    pub fn f64([x, y, z]: [F64; 3]) -> [f64; 3] {
+        sums_double([x.0, y.0, z.0])
+    }
+}
+
+/// Reciprocals, named by the type of the lanes.
+mod estimate {
+    use super::*;
+    /// For f32 an estimate of 12 bits and a Newton step.
+    pub mod recip {
+        use super::*;
+        #[inline(always)]
+        pub fn f32(x: F32) -> F32 {
+            unsafe {
+                let y = _mm256_rcp_ps(x.0);
+                F32(_mm256_mul_ps(y, _mm256_fnmadd_ps(x.0, y, _mm256_set1_ps(2.0))))
+            }
+        }
+        #[inline(always)]
+        pub fn f64(x: F64) -> F64 {
+            F64::constant(1.0) / x
+        }
+    }
+    pub mod rsqrt {
+        use super::*;
+        #[inline(always)]
+        pub fn f32(x: F32) -> F32 {
+            unsafe {
+                let y = _mm256_rsqrt_ps(x.0);
+                let h = _mm256_mul_ps(_mm256_mul_ps(x.0, _mm256_set1_ps(0.5)), y);
+                F32(_mm256_mul_ps(y, _mm256_fnmadd_ps(h, y, _mm256_set1_ps(1.5))))
+            }
+        }
+        #[inline(always)]
+        pub fn f64(x: F64) -> F64 {
+            F64::constant(1.0) / x.sqrt()
+        }
+    }
+}
+
+/// 2^n by its exponent bits, named by the type of the lanes.
+mod power_of_two {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(n: F32) -> F32 {
+        unsafe {
+            let biased = _mm256_add_epi32(_mm256_cvtps_epi32(n.0), _mm256_set1_epi32(127));
+            F32(_mm256_castsi256_ps(_mm256_slli_epi32::<23>(biased)))
+        }
+    }
+    #[inline(always)]
+    pub fn f64(n: F64) -> F64 {
+        unsafe {
+            let biased = _mm_add_epi32(_mm256_cvtpd_epi32(n.0), _mm_set1_epi32(1023));
+            F64(_mm256_castsi256_pd(_mm256_slli_epi64::<52>(_mm256_cvtepi32_epi64(biased))))
+        }
+    }
+}
+
+/// Folds the lanes, halves first, named by the type of the lanes.
+mod fold {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(x: F32, f: impl Fn(f32, f32) -> f32) -> f32 {
+        let mut v = [0.0; 8];
+        x.store(&mut v);
+        f(f(f(v[0], v[4]), f(v[2], v[6])), f(f(v[1], v[5]), f(v[3], v[7])))
+    }
+    #[inline(always)]
+    pub fn f64(x: F64, f: impl Fn(f64, f64) -> f64) -> f64 {
+        let mut v = [0.0; 4];
+        x.store(&mut v);
+        f(f(v[0], v[2]), f(v[1], v[3]))
+    }
+}
+
+/// Converting loads, named by the type of the lanes.
+mod load_single {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(from: &[f32]) -> F32 {
+        F32::load(from)
+    }
+    #[inline(always)]
+    pub fn f64(from: &[f32]) -> F64 {
+        let from = &from[..4];
+        unsafe { F64(_mm256_cvtps_pd(_mm_loadu_ps(from.as_ptr()))) }
+    }
+}
+mod load_double {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(from: &[f64]) -> F32 {
+        let (low, high) = (F64::load(from), F64::load(&from[4..]));
+        unsafe { F32(_mm256_set_m128(_mm256_cvtpd_ps(high.0), _mm256_cvtpd_ps(low.0))) }
+    }
+    #[inline(always)]
+    pub fn f64(from: &[f64]) -> F64 {
+        F64::load(from)
+    }
+}
+
+/// Two slots in the halves of a register.
+#[inline(always)]
+fn halves(tile: &Tile<FixedSlot>, first: u16, second: u16) -> __m256i {
+    unsafe {
+        let low = _mm_loadu_si128((&raw const tile[first as usize]).cast());
+        let high = _mm_loadu_si128((&raw const tile[second as usize]).cast());
+        _mm256_inserti128_si256::<1>(_mm256_castsi128_si256(low), high)
+    }
+}
+
+impl PairLanes for F32 {
+    type Slot = FixedSlot;
+    type Own = [__m256i; 3];
+    type Kinds = __m256i;
+    #[inline(always)]
+    fn own(slot: &FixedSlot) -> Self::Own {
+        unsafe { [_mm256_set1_epi32(slot[0]), _mm256_set1_epi32(slot[1]), _mm256_set1_epi32(slot[2])] }
+    }
+    #[inline(always)]
+    fn differences(own: Self::Own, tile: &Tile<FixedSlot>, index: &[u16]) -> ([Self; 3], Self::Kinds) {
+        let index = &index[..8];
+        let (a, b) = (halves(tile, index[0], index[4]), halves(tile, index[1], index[5]));
+        let (c, d) = (halves(tile, index[2], index[6]), halves(tile, index[3], index[7]));
+        unsafe {
+            let (ab, cd) = (_mm256_unpacklo_epi32(a, b), _mm256_unpacklo_epi32(c, d));
+            let (ab_high, cd_high) = (_mm256_unpackhi_epi32(a, b), _mm256_unpackhi_epi32(c, d));
+            let x = _mm256_unpacklo_epi64(ab, cd);
+            let y = _mm256_unpackhi_epi64(ab, cd);
+            let z = _mm256_unpacklo_epi64(ab_high, cd_high);
+            let kinds = _mm256_unpackhi_epi64(ab_high, cd_high);
+            let dx = Self(_mm256_cvtepi32_ps(_mm256_sub_epi32(own[0], x)));
+            let dy = Self(_mm256_cvtepi32_ps(_mm256_sub_epi32(own[1], y)));
+            let dz = Self(_mm256_cvtepi32_ps(_mm256_sub_epi32(own[2], z)));
+            ([dx, dy, dz], kinds)
+        }
+    }
+    #[inline(always)]
+    fn coefficient(column: &[f32], kinds: Self::Kinds) -> Self {
+        if column.len() <= Self::COUNT {
+            return unsafe { Self(_mm256_permutevar8x32_ps(Self::load(column).0, kinds)) };
+        }
+        let mut index = [0u32; 8];
+        unsafe { _mm256_storeu_si256(index.as_mut_ptr().cast(), kinds) };
+        Self::lookup(column, &index)
+    }
+    #[inline(always)]
+    fn shifted(slot: &FixedSlot, shift: &FixedSlot) -> FixedSlot {
+        std::array::from_fn(|k| slot[k].wrapping_add(shift[k]))
+    }
+}
+
+impl PairLanes for F64 {
+    type Slot = DoubleSlot;
+    type Own = [__m256d; 3];
+    type Kinds = [u64; 4];
+    #[inline(always)]
+    fn own(slot: &DoubleSlot) -> Self::Own {
+        unsafe { [_mm256_set1_pd(slot[0]), _mm256_set1_pd(slot[1]), _mm256_set1_pd(slot[2])] }
+    }
+    #[inline(always)]
+    fn differences(own: Self::Own, tile: &Tile<DoubleSlot>, index: &[u16]) -> ([Self; 3], Self::Kinds) {
+        let index = &index[..4];
+        let slot: [&DoubleSlot; 4] = std::array::from_fn(|k| &tile[index[k] as usize]);
+        unsafe {
+            let (a, b) = (_mm256_loadu_pd(slot[0].as_ptr()), _mm256_loadu_pd(slot[1].as_ptr()));
+            let (c, d) = (_mm256_loadu_pd(slot[2].as_ptr()), _mm256_loadu_pd(slot[3].as_ptr()));
+            let (xz_ab, y_ab) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
+            let (xz_cd, y_cd) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
+            let x = _mm256_permute2f128_pd::<0x20>(xz_ab, xz_cd);
+            let y = _mm256_permute2f128_pd::<0x20>(y_ab, y_cd);
+            let z = _mm256_permute2f128_pd::<0x31>(xz_ab, xz_cd);
+            let dx = Self(_mm256_sub_pd(own[0], x));
+            let dy = Self(_mm256_sub_pd(own[1], y));
+            let dz = Self(_mm256_sub_pd(own[2], z));
+            ([dx, dy, dz], slot.map(|s| s[3].to_bits()))
+        }
+    }
+    #[inline(always)]
+    fn coefficient(column: &[f64], kinds: Self::Kinds) -> Self {
+        Self::from_fn(|k| column[kinds[k] as usize])
+    }
+    #[inline(always)]
+    fn shifted(slot: &DoubleSlot, shift: &DoubleSlot) -> DoubleSlot {
+        [slot[0] + shift[0], slot[1] + shift[1], slot[2] + shift[2], slot[3]]
+    }
+}
+
+/// For each set of 8 lanes, the bytes of the 16-bit numbers of the chosen ones.
+static CHOSEN: [[u8; 16]; 256] = {
+    let mut table = [[0x80; 16]; 256];
+    let mut bits = 0;
+    while bits < 256 {
+        let (mut lane, mut place) = (0, 0);
+        while lane < 8 {
+            if bits >> lane & 1 == 1 {
+                table[bits][2 * place] = 2 * lane;
+                table[bits][2 * place + 1] = 2 * lane + 1;
+                place += 1;
+            }
+            lane += 1;
+        }
+        bits += 1;
+    }
+    table
+};
+
+impl SearchLanes for F32 {
+    #[inline(always)]
+    fn fixed_differences(own: i32, from: &[i32]) -> Self {
+        let from = &from[..8];
+        unsafe {
+            let others = _mm256_loadu_si256(from.as_ptr().cast());
+            Self(_mm256_cvtepi32_ps(_mm256_sub_epi32(_mm256_set1_epi32(own), others)))
+        }
+    }
+    #[inline(always)]
+    fn compress(first: u16, bits: u32, to: &mut [u16]) {
+        let to = &mut to[..8];
+        unsafe {
+            let all = _mm_add_epi16(_mm_setr_epi16(0, 1, 2, 3, 4, 5, 6, 7), _mm_set1_epi16(first as i16));
+            let chosen = _mm_loadu_si128(CHOSEN[bits as u8 as usize].as_ptr().cast());
+            _mm_storeu_si128(to.as_mut_ptr().cast(), _mm_shuffle_epi8(all, chosen));
+        }
+    }
+}
+
+/// The low words of whole numbers.
+#[inline(always)]
+fn whole(x: F64) -> __m128i {
+    unsafe {
+        let sum = _mm256_castpd_si256(_mm256_add_pd(x.0, _mm256_set1_pd(WHOLE)));
+        let low = _mm256_permutevar8x32_epi32(sum, _mm256_setr_epi32(0, 2, 4, 6, 1, 3, 5, 7));
+        _mm256_castsi256_si128(low)
+    }
+}
+
+impl PositionLanes for F64 {
+    #[inline(always)]
+    fn fixed_slots(quanta: [Self; 3], kinds: &[u32], to: &mut [FixedSlot]) {
+        let (kinds, to) = (&kinds[..4], &mut to[..4]);
+        unsafe {
+            let (x, y, z) = (whole(quanta[0]), whole(quanta[1]), whole(quanta[2]));
+            let kinds = _mm_loadu_si128(kinds.as_ptr().cast());
+            let (xy, zk) = (_mm_unpacklo_epi32(x, y), _mm_unpacklo_epi32(z, kinds));
+            let (xy_high, zk_high) = (_mm_unpackhi_epi32(x, y), _mm_unpackhi_epi32(z, kinds));
+            let rows = [
+                _mm_unpacklo_epi64(xy, zk),
+                _mm_unpackhi_epi64(xy, zk),
+                _mm_unpacklo_epi64(xy_high, zk_high),
+                _mm_unpackhi_epi64(xy_high, zk_high),
+            ];
+            for (r, row) in rows.into_iter().enumerate() {
+                _mm_storeu_si128((&raw mut to[r]).cast(), row);
+            }
+        }
+    }
+}

@@ -1,0 +1,436 @@
+//! AVX-512: 16 single or 8 double precision lanes.
+//!
+//! Safety of every block here: the intrinsics need AVX-512 F, VL, DQ and BW (and AVX2, FMA and the bit instructions, which come with them). Lanes
+//! are only made by work that [`Avx512::vectorize`] runs, and an [`Avx512`] only exists where detection found all of them.
+//! Loads and stores go through slices whose length is checked, or through references.
+
+use std::arch::x86_64::*;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use super::{DoubleSlot, FixedSlot, Lanes, PairLanes, PositionLanes, SearchLanes, Simd, Tile, WHOLE, Work};
+use crate::real::Real;
+
+/// Proof that the processor has what this file uses.
+#[derive(Clone, Copy, Debug)]
+pub struct Avx512(());
+
+impl Avx512 {
+    pub fn detect() -> Option<Self> {
+        let found = is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512vl")
+            && is_x86_feature_detected!("avx512dq")
+            && is_x86_feature_detected!("avx512bw")
+            && is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("popcnt")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2");
+        found.then_some(Self(()))
+    }
+}
+
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,popcnt,bmi1,bmi2")]
+fn with_features<W: Work>(work: W) -> W::Output {
+    work.run()
+}
+
+impl Simd for Avx512 {
+    type F32 = F32;
+    type F64 = F64;
+    #[inline(always)]
+    fn vectorize<W: Work>(self, work: W) -> W::Output {
+        // SAFETY: `self` proves that detection found the features.
+        unsafe { with_features(work) }
+    }
+}
+
+#[derive(Clone, Copy)]
+pub struct F32(__m512);
+#[derive(Clone, Copy)]
+pub struct F64(__m512d);
+
+macro_rules! lanes {
+    ($name:ident, $t:ident, $count:literal, $mask:ident, $set1:ident, $load:ident, $store:ident, $add:ident, $sub:ident,
+     $mul:ident, $div:ident, $sqrt:ident, $fmadd:ident, $cmp:ident, $blend:ident, $round:ident, $scale:ident, $max:ident,
+     $rcp:ident, $rsqrt:ident, $fnmadd:ident, $steps:literal, $sum:ident, $largest:ident) => {
+        impl Add for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, b: Self) -> Self {
+                unsafe { Self($add(self.0, b.0)) }
+            }
+        }
+        impl Sub for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn sub(self, b: Self) -> Self {
+                unsafe { Self($sub(self.0, b.0)) }
+            }
+        }
+        impl Mul for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn mul(self, b: Self) -> Self {
+                unsafe { Self($mul(self.0, b.0)) }
+            }
+        }
+        impl Div for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn div(self, b: Self) -> Self {
+                unsafe { Self($div(self.0, b.0)) }
+            }
+        }
+        impl Neg for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                Self::constant(-0.0) - self
+            }
+        }
+
+        impl Real for $name {
+            type Mask = $mask;
+            #[inline(always)]
+            fn constant(value: f64) -> Self {
+                Self::splat(value as $t)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                unsafe { Self($sqrt(self.0)) }
+            }
+            #[inline(always)]
+            fn exp(self) -> Self {
+                super::exp::exp(self)
+            }
+            #[inline(always)]
+            fn ln(self) -> Self {
+                super::exp::ln(self)
+            }
+            #[inline(always)]
+            fn less(self, other: Self) -> $mask {
+                unsafe { $cmp::<_CMP_LT_OQ>(self.0, other.0) }
+            }
+            #[inline(always)]
+            fn select(mask: $mask, yes: Self, no: Self) -> Self {
+                unsafe { Self($blend(mask, no.0, yes.0)) }
+            }
+            /// An estimate of 14 bits, doubled by each Newton step.
+            #[inline(always)]
+            fn recip(self) -> Self {
+                let two = Self::constant(2.0);
+                unsafe {
+                    let mut y = $rcp(self.0);
+                    for _ in 0..$steps {
+                        y = $mul(y, $fnmadd(self.0, y, two.0));
+                    }
+                    Self(y)
+                }
+            }
+            /// An estimate of 14 bits, doubled by each Newton step.
+            #[inline(always)]
+            fn rsqrt(self) -> Self {
+                let (half, three_halves) = (Self::constant(0.5), Self::constant(1.5));
+                unsafe {
+                    let mut y = $rsqrt(self.0);
+                    let h = $mul(self.0, half.0);
+                    for _ in 0..$steps {
+                        y = $mul(y, $fnmadd($mul(h, y), y, three_halves.0));
+                    }
+                    Self(y)
+                }
+            }
+            #[inline(always)]
+            fn mul_add(self, a: Self, b: Self) -> Self {
+                unsafe { Self($fmadd(self.0, a.0, b.0)) }
+            }
+        }
+
+        impl Lanes for $name {
+            type Element = $t;
+            const COUNT: usize = $count;
+            #[inline(always)]
+            fn from_fn(value: impl FnMut(usize) -> $t) -> Self {
+                let values: [$t; $count] = std::array::from_fn(value);
+                Self::load(&values)
+            }
+            #[inline(always)]
+            fn splat(value: $t) -> Self {
+                unsafe { Self($set1(value)) }
+            }
+            #[inline(always)]
+            fn load(from: &[$t]) -> Self {
+                let from = &from[..$count];
+                unsafe { Self($load(from.as_ptr())) }
+            }
+            #[inline(always)]
+            fn load_single(from: &[f32]) -> Self {
+                load_single::$t(&from[..$count])
+            }
+            #[inline(always)]
+            fn load_double(from: &[f64]) -> Self {
+                load_double::$t(&from[..$count])
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [$t]) {
+                let to = &mut to[..$count];
+                unsafe { $store(to.as_mut_ptr(), self.0) }
+            }
+            #[inline(always)]
+            fn round(self) -> Self {
+                unsafe { Self($round::<0>(self.0)) }
+            }
+            #[inline(always)]
+            fn power_of_two(self) -> Self {
+                unsafe { Self($scale(Self::constant(1.0).0, self.0)) }
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                unsafe { Self($max(self.0, other.0)) }
+            }
+            #[inline(always)]
+            fn sum(self) -> $t {
+                unsafe { $sum(self.0) }
+            }
+            #[inline(always)]
+            fn sums(three: [Self; 3]) -> [$t; 3] {
+                sums::$t(three)
+            }
+            #[inline(always)]
+            fn largest(self) -> $t {
+                unsafe { $largest(self.0) }
+            }
+            #[inline(always)]
+            fn bits(mask: $mask) -> u32 {
+                mask.into()
+            }
+            #[inline(always)]
+            fn mask(bits: u32) -> $mask {
+                bits as $mask
+            }
+        }
+    };
+}
+
+lanes!(
+    F32, f32, 16, __mmask16, _mm512_set1_ps, _mm512_loadu_ps, _mm512_storeu_ps, _mm512_add_ps, _mm512_sub_ps,
+    _mm512_mul_ps, _mm512_div_ps, _mm512_sqrt_ps, _mm512_fmadd_ps, _mm512_cmp_ps_mask, _mm512_mask_blend_ps,
+    _mm512_roundscale_ps, _mm512_scalef_ps, _mm512_max_ps, _mm512_rcp14_ps, _mm512_rsqrt14_ps, _mm512_fnmadd_ps, 1,
+    _mm512_reduce_add_ps, _mm512_reduce_max_ps
+);
+lanes!(
+    F64, f64, 8, __mmask8, _mm512_set1_pd, _mm512_loadu_pd, _mm512_storeu_pd, _mm512_add_pd, _mm512_sub_pd,
+    _mm512_mul_pd, _mm512_div_pd, _mm512_sqrt_pd, _mm512_fmadd_pd, _mm512_cmp_pd_mask, _mm512_mask_blend_pd,
+    _mm512_roundscale_pd, _mm512_scalef_pd, _mm512_max_pd, _mm512_rcp14_pd, _mm512_rsqrt14_pd, _mm512_fnmadd_pd, 2,
+    _mm512_reduce_add_pd, _mm512_reduce_max_pd
+);
+
+/// Sums of three, named by the type of the lanes.
+mod sums {
+    use super::*;
+    #[inline(always)]
+    fn fold_single(x: F32) -> __m256 {
+        unsafe { _mm256_add_ps(_mm512_castps512_ps256(x.0), _mm512_extractf32x8_ps::<1>(x.0)) }
+    }
+    #[inline(always)]
+    fn fold_double(x: F64) -> __m256d {
+        unsafe { _mm256_add_pd(_mm512_castpd512_pd256(x.0), _mm512_extractf64x4_pd::<1>(x.0)) }
+    }
+    #[inline(always)]
+    pub fn f32([x, y, z]: [F32; 3]) -> [f32; 3] {
+        super::super::avx2::sums_single([fold_single(x), fold_single(y), fold_single(z)])
+    }
+    #[inline(always)]
+    pub fn f64([x, y, z]: [F64; 3]) -> [f64; 3] {
+        super::super::avx2::sums_double([fold_double(x), fold_double(y), fold_double(z)])
+    }
+}
+
+/// Converting loads, named by the type of the lanes; slices are long enough.
+mod load_single {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(from: &[f32]) -> F32 {
+        F32::load(from)
+    }
+    #[inline(always)]
+    pub fn f64(from: &[f32]) -> F64 {
+        let from = &from[..8];
+        unsafe { F64(_mm512_cvtps_pd(_mm256_loadu_ps(from.as_ptr()))) }
+    }
+}
+mod load_double {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(from: &[f64]) -> F32 {
+        let (low, high) = (F64::load(from), F64::load(&from[8..]));
+        unsafe {
+            let low = _mm512_castps256_ps512(_mm512_cvtpd_ps(low.0));
+            F32(_mm512_insertf32x8::<1>(low, _mm512_cvtpd_ps(high.0)))
+        }
+    }
+    #[inline(always)]
+    pub fn f64(from: &[f64]) -> F64 {
+        F64::load(from)
+    }
+}
+
+/// Four slots in the quarters of a register.
+#[inline(always)]
+fn quarters(tile: &Tile<FixedSlot>, index: [u16; 4]) -> __m512i {
+    let slot = index.map(|k| (&raw const tile[k as usize]).cast());
+    unsafe {
+        let a = _mm512_castsi128_si512(_mm_loadu_si128(slot[0]));
+        let b = _mm512_inserti32x4::<1>(a, _mm_loadu_si128(slot[1]));
+        let c = _mm512_inserti32x4::<2>(b, _mm_loadu_si128(slot[2]));
+        _mm512_inserti32x4::<3>(c, _mm_loadu_si128(slot[3]))
+    }
+}
+
+/// Two slots in the halves of a register.
+#[inline(always)]
+fn halves(tile: &Tile<DoubleSlot>, first: u16, second: u16) -> __m512d {
+    unsafe {
+        let low = _mm256_loadu_pd((&raw const tile[first as usize]).cast());
+        let high = _mm256_loadu_pd((&raw const tile[second as usize]).cast());
+        _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(low), high)
+    }
+}
+
+impl PairLanes for F32 {
+    type Slot = FixedSlot;
+    type Own = [__m512i; 3];
+    type Kinds = __m512i;
+    #[inline(always)]
+    fn own(slot: &FixedSlot) -> Self::Own {
+        unsafe { [_mm512_set1_epi32(slot[0]), _mm512_set1_epi32(slot[1]), _mm512_set1_epi32(slot[2])] }
+    }
+    #[inline(always)]
+    fn differences(own: Self::Own, tile: &Tile<FixedSlot>, index: &[u16]) -> ([Self; 3], Self::Kinds) {
+        let index = &index[..16];
+        // Lane k of the result is particle k: quarter q of the r-th register holds particle 4 q + r.
+        let a = quarters(tile, [index[0], index[4], index[8], index[12]]);
+        let b = quarters(tile, [index[1], index[5], index[9], index[13]]);
+        let c = quarters(tile, [index[2], index[6], index[10], index[14]]);
+        let d = quarters(tile, [index[3], index[7], index[11], index[15]]);
+        unsafe {
+            let (ab, cd) = (_mm512_unpacklo_epi32(a, b), _mm512_unpacklo_epi32(c, d));
+            let (ab_high, cd_high) = (_mm512_unpackhi_epi32(a, b), _mm512_unpackhi_epi32(c, d));
+            let x = _mm512_unpacklo_epi64(ab, cd);
+            let y = _mm512_unpackhi_epi64(ab, cd);
+            let z = _mm512_unpacklo_epi64(ab_high, cd_high);
+            let kinds = _mm512_unpackhi_epi64(ab_high, cd_high);
+            let dx = Self(_mm512_cvtepi32_ps(_mm512_sub_epi32(own[0], x)));
+            let dy = Self(_mm512_cvtepi32_ps(_mm512_sub_epi32(own[1], y)));
+            let dz = Self(_mm512_cvtepi32_ps(_mm512_sub_epi32(own[2], z)));
+            ([dx, dy, dz], kinds)
+        }
+    }
+    #[inline(always)]
+    fn coefficient(column: &[f32], kinds: Self::Kinds) -> Self {
+        if column.len() <= Self::COUNT {
+            return unsafe { Self(_mm512_permutexvar_ps(kinds, Self::load(column).0)) };
+        }
+        let mut index = [0u32; 16];
+        unsafe { _mm512_storeu_si512(index.as_mut_ptr().cast(), kinds) };
+        Self::lookup(column, &index)
+    }
+    #[inline(always)]
+    fn shifted(slot: &FixedSlot, shift: &FixedSlot) -> FixedSlot {
+        std::array::from_fn(|k| slot[k].wrapping_add(shift[k]))
+    }
+}
+
+impl PairLanes for F64 {
+    type Slot = DoubleSlot;
+    type Own = [__m512d; 3];
+    type Kinds = __m512i;
+    #[inline(always)]
+    fn own(slot: &DoubleSlot) -> Self::Own {
+        unsafe { [_mm512_set1_pd(slot[0]), _mm512_set1_pd(slot[1]), _mm512_set1_pd(slot[2])] }
+    }
+    #[inline(always)]
+    fn differences(own: Self::Own, tile: &Tile<DoubleSlot>, index: &[u16]) -> ([Self; 3], Self::Kinds) {
+        let index = &index[..8];
+        let (a, b) = (halves(tile, index[0], index[4]), halves(tile, index[1], index[5]));
+        let (c, d) = (halves(tile, index[2], index[6]), halves(tile, index[3], index[7]));
+        unsafe {
+            let (xz_ab, yk_ab) = (_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b));
+            let (xz_cd, yk_cd) = (_mm512_unpacklo_pd(c, d), _mm512_unpackhi_pd(c, d));
+            let low = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
+            let high = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
+            let x = _mm512_permutex2var_pd(xz_ab, low, xz_cd);
+            let y = _mm512_permutex2var_pd(yk_ab, low, yk_cd);
+            let z = _mm512_permutex2var_pd(xz_ab, high, xz_cd);
+            let kinds = _mm512_castpd_si512(_mm512_permutex2var_pd(yk_ab, high, yk_cd));
+            let dx = Self(_mm512_sub_pd(own[0], x));
+            let dy = Self(_mm512_sub_pd(own[1], y));
+            let dz = Self(_mm512_sub_pd(own[2], z));
+            ([dx, dy, dz], kinds)
+        }
+    }
+    #[inline(always)]
+    fn coefficient(column: &[f64], kinds: Self::Kinds) -> Self {
+        if column.len() <= Self::COUNT {
+            return unsafe { Self(_mm512_permutexvar_pd(kinds, Self::load(column).0)) };
+        }
+        let mut index = [0u64; 8];
+        unsafe { _mm512_storeu_si512(index.as_mut_ptr().cast(), kinds) };
+        Self::from_fn(|k| column[index[k] as usize])
+    }
+    #[inline(always)]
+    fn shifted(slot: &DoubleSlot, shift: &DoubleSlot) -> DoubleSlot {
+        [slot[0] + shift[0], slot[1] + shift[1], slot[2] + shift[2], slot[3]]
+    }
+}
+
+impl SearchLanes for F32 {
+    #[inline(always)]
+    fn fixed_differences(own: i32, from: &[i32]) -> Self {
+        let from = &from[..16];
+        unsafe {
+            let others = _mm512_loadu_si512(from.as_ptr().cast());
+            Self(_mm512_cvtepi32_ps(_mm512_sub_epi32(_mm512_set1_epi32(own), others)))
+        }
+    }
+    #[inline(always)]
+    fn compress(first: u16, bits: u32, to: &mut [u16]) {
+        let to = &mut to[..16];
+        unsafe {
+            let lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+            let all = _mm512_add_epi32(lanes, _mm512_set1_epi32(first.into()));
+            let chosen = _mm512_maskz_compress_epi32(bits as u16, all);
+            _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm512_cvtepi32_epi16(chosen));
+        }
+    }
+}
+
+/// The low words of whole numbers.
+#[inline(always)]
+fn whole(x: F64) -> __m256i {
+    unsafe { _mm512_cvtepi64_epi32(_mm512_castpd_si512(_mm512_add_pd(x.0, _mm512_set1_pd(WHOLE)))) }
+}
+
+impl PositionLanes for F64 {
+    #[inline(always)]
+    fn fixed_slots(quanta: [Self; 3], kinds: &[u32], to: &mut [FixedSlot]) {
+        let (kinds, to) = (&kinds[..8], &mut to[..8]);
+        unsafe {
+            let (x, y, z) = (whole(quanta[0]), whole(quanta[1]), whole(quanta[2]));
+            let kinds = _mm256_loadu_si256(kinds.as_ptr().cast());
+            let (xy, zk) = (_mm256_unpacklo_epi32(x, y), _mm256_unpacklo_epi32(z, kinds));
+            let (xy_high, zk_high) = (_mm256_unpackhi_epi32(x, y), _mm256_unpackhi_epi32(z, kinds));
+            // Register r holds particles r and r + 4.
+            let rows = [
+                _mm256_unpacklo_epi64(xy, zk),
+                _mm256_unpackhi_epi64(xy, zk),
+                _mm256_unpacklo_epi64(xy_high, zk_high),
+                _mm256_unpackhi_epi64(xy_high, zk_high),
+            ];
+            for (r, row) in rows.into_iter().enumerate() {
+                _mm_storeu_si128((&raw mut to[r]).cast(), _mm256_castsi256_si128(row));
+                _mm_storeu_si128((&raw mut to[r + 4]).cast(), _mm256_extracti128_si256::<1>(row));
+            }
+        }
+    }
+}
