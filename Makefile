@@ -19,7 +19,7 @@ export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 FLAGS := --release
 
 .DEFAULT_GOAL := help
-.PHONY: help run build test test-rust test-minimal test-python lint validate bench fuzz clean check-tools
+.PHONY: help run build test test-rust test-minimal test-python lint validate bench bench-quick fuzz clean check-tools
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1|\2/' | column -t -s '|' 2>/dev/null \
@@ -51,8 +51,12 @@ lint: $(VENV)/.ready ## formatting and lints
 validate: build ## every scene through LAMMPS and octant; table, JSON and plot in validation/results/
 	$(VENV)/bin/python -m validation
 
-bench: $(VENV)/.ready ## benchmarks
+bench: build $(VENV)/.bench ## benchmarks: parts, then whole runs beside LAMMPS and OpenMM; results in validation/results/bench/
 	cargo bench
+	$(VENV)/bin/python -m validation.bench
+
+bench-quick: build $(VENV)/.bench ## a minute of whole runs, results in output/bench/; shows that the benchmark works
+	$(VENV)/bin/python -m validation.bench --quick --output output/bench
 
 fuzz: check-tools ## throw random bytes at the script reader for a minute (FUZZ_SECONDS=60)
 	@command -v cargo-fuzz >/dev/null || { \
@@ -80,4 +84,9 @@ $(VENV)/.ready: validation/requirements.txt | check-tools
 	  echo "$(FOUND) cannot make virtual environments, its venv module is incomplete. Debian, Ubuntu: sudo apt install python3-venv" >&2; exit 1; }
 	"$(FOUND)" -m venv --clear $(VENV)
 	$(PIP) install --quiet --requirement validation/requirements.txt
+	@touch $@
+
+# Apart from the other tools: no test needs it. The environment is cleared when it is made anew, and this stamp with it.
+$(VENV)/.bench: validation/bench/requirements.txt $(VENV)/.ready
+	$(PIP) install --quiet --requirement $<
 	@touch $@
