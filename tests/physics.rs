@@ -6,7 +6,7 @@ mod common;
 use std::sync::atomic::AtomicBool;
 
 use approx::assert_relative_eq;
-use common::{Noise, Variant, all_pairs, arc, free_or_periodic, melt, program, variants};
+use common::{Noise, Variant, all_pairs, arc, free_or_periodic, melt, program, program_of_style, variants};
 use octant::engine::{Backend, FaultKind, Needs, Program, Sums};
 use octant::neighbor::Search;
 use octant::pair::{PairStyle, StyleVisitor, styles, with_style};
@@ -51,14 +51,14 @@ fn every_style_has_the_force_of_its_energy() {
         type Output = ();
         fn visit<S: PairStyle>(self) {
             let coefficients: Vec<f64> = (0..S::COEFFICIENTS.len()).map(|k| 1.3 - 0.2 * k as f64).collect();
-            let params = S::params(&coefficients, &[]);
+            let params = S::params(&coefficients, &vec![1.1; S::SETTINGS.len()]);
             for k in 1..60 {
                 let r = 0.7 + 0.05 * k as f64;
                 let x = Dual::variable(r);
                 let dual = S::eval::<Dual>(x * x, &S::map(&params, Dual::constant));
                 let plain = S::eval::<f64>(r * r, &params);
                 assert_eq!(plain.energy, dual.energy.value, "{}", S::NAME);
-                let scale = plain.force_over_r.abs().max(1e-3);
+                let scale = plain.force_over_r.abs().max(0.1);
                 assert_relative_eq!(plain.force_over_r, -dual.energy.derivative / r, epsilon = 4e-14 * scale);
                 let single = S::eval::<f32>((r * r) as f32, &S::map(&params, f32::constant));
                 assert_relative_eq!(single.energy as f64, plain.energy, epsilon = 2e-6 * scale * r * r);
@@ -94,6 +94,65 @@ fn forces_energy_and_virial_are_those_of_all_pairs() {
             assert_relative_eq!(trace, virial, max_relative = tolerance.energy);
         }
     }
+}
+
+/// Checks forces, energy and virial of all variants against all pairs.
+fn compare_with_all_pairs(what: &str, program: &Program, state: &State, space: &SimulationBox) {
+    for variant in variants() {
+        let (name, tolerance) = (&variant.name, &variant.tolerance);
+        let backend = &mut *started(&variant, 2, program.clone(), state, space);
+        let mut now = State::default();
+        backend.fetch(&mut now);
+        let (f, energy, virial) = all_pairs(&program.pair, &now, space);
+        let rms = (f.iter().map(Vec3::norm_squared).sum::<f64>() / f.len() as f64).sqrt();
+        for (k, expected) in f.iter().enumerate() {
+            let error = (now.f[k] - expected).norm() / rms;
+            assert!(error < tolerance.force, "{what}, {name}: atom {} off by {error}", now.id[k]);
+        }
+        let sums = backend.sums();
+        assert_relative_eq!(sums.potential, energy, max_relative = tolerance.energy);
+        assert_relative_eq!(sums.virial[..3].iter().sum::<f64>(), virial, max_relative = 10.0 * tolerance.energy);
+    }
+}
+
+#[test]
+fn every_style_computes_what_all_pairs_give() {
+    let (state, space, _) = mixture();
+    for style in styles() {
+        for shift in [false, true] {
+            let program = program_of_style(&style, shift, 1.0, 1.0);
+            compare_with_all_pairs(&format!("{} shift {shift}", style.name), &program, &state, &space);
+        }
+    }
+}
+
+#[test]
+fn units_of_any_size_give_the_same_forces() {
+    let (state, space, _) = mixture();
+    // Argon in SI; something huge.
+    for (energy, length) in [(1.65e-21, 3.4e-10), (1e12, 1e5)] {
+        let mut scaled = state.clone();
+        scaled.x.iter_mut().for_each(|x| *x *= length);
+        scaled.v.iter_mut().for_each(|v| *v = Vec3::zeros());
+        let space = SimulationBox::new(space.lo * length, space.hi * length, space.sides);
+        for style in styles() {
+            let program = program_of_style(&style, true, energy, length);
+            compare_with_all_pairs(&format!("{} at {length}", style.name), &program, &scaled, &space);
+        }
+    }
+}
+
+#[test]
+fn more_types_than_lanes_are_looked_up_rightly() {
+    let (mut state, space) = melt(5);
+    let types = 19;
+    for (k, kind) in state.kind.iter_mut().enumerate() {
+        *kind = 1 + (k * 7 % types) as u32;
+    }
+    let cutoffs: Vec<f64> = (0..types).map(|k| 2.5 - 0.05 * k as f64).collect();
+    let mut program = program(&cutoffs, 0.3, Search::Trimmed);
+    program.masses = (0..types).map(|k| 1.0 + 0.1 * k as f64).collect();
+    compare_with_all_pairs("19 types", &program, &state, &space);
 }
 
 #[test]

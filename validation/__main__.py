@@ -10,7 +10,8 @@ from pathlib import Path
 
 from validation import report
 from validation.cases import all_cases, compare_case
-from validation.compare import Check, SceneResult, compare_scene
+from validation.check import Check
+from validation.compare import SceneResult, compare_scene
 from validation.lammps_runner import LammpsError
 from validation.octant_runner import ROOT, OctantError, find_binary
 from validation.scene import all_scenes

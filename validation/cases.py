@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from validation.compare import Check
+from validation.check import Check
 from validation.dumps import full_precision, read_dump
 from validation.lammps_runner import run_lammps
 from validation.octant_runner import run_octant

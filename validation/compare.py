@@ -4,37 +4,20 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from validation import tolerances
+from validation import precisions, tolerances
+from validation.check import Check
 from validation.dumps import full_precision, read_dump
 from validation.lammps_runner import LammpsResult, run_lammps
 from validation.octant_runner import OctantResult, count_neighbors, run_octant
 from validation.scene import Scene
 from validation.scripts import Script
-
-
-@dataclass(frozen=True)
-class Check:
-    """One compared quantity: ``value`` is how far the two programs are apart, ``bound`` how far they may be."""
-
-    name: str
-    value: float
-    bound: float
-    #: What was compared, in words and numbers.
-    detail: str = ""
-
-    @property
-    def passed(self) -> bool:
-        return bool(self.value <= self.bound)  # false for NaN
-
-    def as_json(self) -> dict[str, Any]:
-        return {**asdict(self), "passed": self.passed}
 
 
 @dataclass
@@ -107,6 +90,13 @@ def compare_scene(scene: Scene, variables: Mapping[str, str | int], scratch: Pat
         run(short.write(scratch / f"short.{program}.in"), shared)
         frames[program] = read_dump(dump)
     _compare_frames(result, frames["lammps"], frames["octant"])
+    short = liquid.then(*full_precision(1, folders["octant"] / "fast.dump"), "run 0").write(scratch / "short.fast.in")
+    for precision in ("mixed", "single"):
+        at_once = run_octant(short, shared, precision=precision)
+        forces = read_dump(folders["octant"] / "fast.dump")[0]["fx fy fz"]
+        whole = run_octant(scene.path, {**shared, "out": str(folders["octant"])}, precision=precision)
+        result.checks += precisions.compare(precision, forces, frames["lammps"][0]["fx fy fz"], whole, lammps)
+        result.checks.append(precisions.compare_lists(precision, at_once, run_octant(short, shared)))
     shutil.rmtree(scratch)
     return result
 

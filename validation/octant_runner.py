@@ -69,13 +69,14 @@ def run_octant(
     *,
     threads: int | None = None,
     search: str | None = None,
+    precision: str = "double",
     log: Path | None = None,
 ) -> OctantResult:
-    """Runs a script in double precision on the CPU. Raises OctantError with octant's message where it stops."""
+    """Runs a script on the CPU. Raises OctantError with octant's message where it stops."""
     with tempfile.TemporaryDirectory(prefix="octant-") as scratch:
         log = log or Path(scratch) / "log.octant"
         summary = Path(scratch) / "summary.json"
-        options: list[str | Path] = ["--backend", "cpu", "--precision", "double", "--log", log, "--json", summary]
+        options: list[str | Path] = ["--backend", "cpu", "--precision", precision, "--log", log, "--json", summary]
         options += ["--threads", str(threads)] if threads else []
         options += ["--search", search] if search else []
         screen = _checked(call("run", script, *_variables(variables), *options), script)

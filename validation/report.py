@@ -11,7 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from validation import plot, tolerances
-from validation.compare import Check, SceneResult
+from validation.check import Check
+from validation.compare import SceneResult
 from validation.octant_runner import ROOT
 
 
@@ -103,6 +104,45 @@ def _cell(scene: SceneResult, names: tuple[str, ...]) -> str:
     return text if check.passed else f"**{text}**"
 
 
+#: Checks of the faster precisions, in the order of their columns.
+_FAST = ("list length", "forces, RMS", "forces, max", "energy", "pressure", "total energy")
+
+
+def _precision_table(scenes: Sequence[SceneResult]) -> list[str]:
+    """The faster precisions, a row for each scene and precision."""
+    lines = [
+        "The faster precisions, against LAMMPS in double:",
+        "",
+        "| scene | precision | " + " | ".join(_FAST) + " |",
+        "|---|---|" + "---:|" * len(_FAST),
+    ]
+    for scene in scenes:
+        for precision in ("mixed", "single"):
+            cells = []
+            for name in _FAST:
+                check = scene.check(f"{precision}: {name}")
+                if check is None:
+                    cells.append("-")
+                    continue
+                text = f"{check.value:.1e}"
+                if name == "list length":
+                    text = "equal" if check.value == 0 else f"{check.value:.0f} pairs"
+                elif name == "total energy":
+                    text = f"{check.value:.2f}"
+                cells.append(text if check.passed else f"**{text}**")
+            lines.append(f"| {scene.name} | {precision} | " + " | ".join(cells) + " |")
+    return [
+        *lines,
+        "",
+        "- list length: on the melted atoms, against double precision; in mixed precision it must be equal.",
+        *(f"- forces, RMS: tolerance {tolerance}." for tolerance in tolerances.FAST_FORCE_RMS.values()),
+        f"- forces, max: tolerance {tolerances.FAST_FORCE_MAX}.",
+        f"- energy, pressure: at the first step; tolerance {tolerances.FAST_SUM}.",
+        f"- total energy: {tolerances.WANDER.reason}; tolerance {tolerances.WANDER.value:g}.",
+        "",
+    ]
+
+
 def _markdown(about: dict, scenes: Sequence[SceneResult], cases: Sequence[Check]) -> str:
     """The report as one page."""
     failed = [item.name for item in [*scenes, *cases] if not item.passed]
@@ -114,7 +154,7 @@ def _markdown(about: dict, scenes: Sequence[SceneResult], cases: Sequence[Check]
         + (", quick selection." if about["quick"] else "."),
         f"Outside tolerance: {', '.join(failed)}." if failed else "Everything is within its tolerance.",
         "",
-        "Both programs ran the same scripts, octant on the CPU in double precision. Bold is outside tolerance.",
+        "Both programs ran the same scripts, octant on the CPU, first in double precision. Bold is outside tolerance.",
         "",
         "| " + " | ".join(heads) + " |",
         "|---|" + "---:|" * (len(heads) - 1),
@@ -134,7 +174,7 @@ def _markdown(about: dict, scenes: Sequence[SceneResult], cases: Sequence[Check]
         f"force, RMS: tolerance {tolerances.FORCE_RMS}.",
         f"position: tolerance {tolerances.POSITION}.",
     ]
-    lines += ["", *(f"- {note}" for note in notes), ""]
+    lines += ["", *(f"- {note}" for note in notes), "", *_precision_table(scenes)]
     if cases:
         same = sum(case.passed for case in cases)
         lines += [

@@ -43,8 +43,10 @@ _KNOWN: dict[str, dict] = {
     "images": {"quick": {"steps": 100}},
     "melt": {"quick": {"size": 6, "steps": 150}},
     "metal": {"lj_time": 0.418, "quick": {"size": 6, "steps": 100}},
+    "morse": {"lj_time": 0.418, "quick": {"size": 4, "steps": 100}},
     "mixture": {"variables": {"data": str(INPUTS / "mixture.data")}, "quick": {"steps": 100}},
     "real": {"lj_time": 2151.0, "quick": {"size": 5, "steps": 200}},
+    "yukawa": {"quick": {"size": 5, "steps": 150}},
     "slab": {"quick": {"size": 5, "steps": 160}},
 }
 

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from validation.compare import Check, compare_counts
+from validation.check import Check
+from validation.compare import compare_counts
 from validation.dumps import Frame, read_dump
 from validation.lammps_runner import LammpsError, run_lammps
 from validation.logs import read_log

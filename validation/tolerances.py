@@ -45,6 +45,18 @@ POSITION = Tolerance(
     f"the largest difference after {SHORT_RUN} steps over the largest box length: rounding of {SHORT_RUN} additions",
 )
 
+#: Pair arithmetic of the faster precisions is that of f32.
+FAST_FORCE_RMS = {
+    "mixed": Tolerance(3e-6, "the RMS difference of the forces over the RMS force in mixed precision: rounding of f32"),
+    "single": Tolerance(
+        1e-5, "that in single precision: positions are rounded to 2e-7 of a cell, and in a crystal large terms cancel"
+    ),
+}
+FAST_FORCE_MAX = Tolerance(3e-5, "the worst atom, over the RMS force or its own, whichever is larger")
+FAST_SUM = Tolerance(1e-5, "the difference over the largest value in the run; terms of both signs cancel")
+#: The total energy of a chaotic run differs between any two programs; how far it wanders does not.
+WANDER = Tolerance(3.0, "how far the total energy wanders in a run, over how far it does in LAMMPS")
+
 
 def thermo_bound(time: float, pairs: float) -> float:
     """Bound on the relative difference of a thermo column after ``time`` Lennard-Jones times, ``pairs`` in the list."""

@@ -106,7 +106,8 @@ mod tests {
         let path = std::env::temp_dir().join(format!("octant-report-{}.json", std::process::id()));
         let statistics = NeighborStatistics { builds: 3, dangerous: None, pairs: 10 };
         let mut report = Report { atoms: 4, ..Report::new() };
-        report.neighbors = NeighborReport::new(&statistics, 4);
+        report.neighbors = NeighborReport::new(&statistics, Work { distance_tests_per_atom: 470.5, list_entries_per_atom: 5.0 }, 4);
+        report.memory = MemoryReport::new(4000, 4);
         report.timing = TimingReport::new(2.0, 100, StageTimes { pair: 1.5, ..StageTimes::default() });
         report.thermo.push(
             [("Step".to_string(), Value::from(0)), ("Temp".to_string(), Value::from(f64::NAN))].into_iter().collect(),
@@ -117,6 +118,8 @@ mod tests {
         assert_eq!(read["version"], env!("CARGO_PKG_VERSION"));
         assert_eq!(read["neighbors"]["per_atom"], 2.5);
         assert_eq!(read["neighbors"]["dangerous"], Value::Null);
+        assert_eq!(read["neighbors"]["distance_tests_per_atom"], 470.5);
+        assert_eq!(read["memory"]["bytes_per_atom"], 1000.0);
         assert_eq!(read["timing"]["steps_per_s"], 50.0);
         assert_eq!(read["timing"]["stages"]["pair"], 1.5);
         assert_eq!(read["thermo"][0]["Temp"], Value::Null);

@@ -212,6 +212,9 @@ mod tests {
             stages: StageTimes {
                 pair: 0.0091109,
                 neighbor: 0.0040378,
+                check: 0.0000378,
+                sort: 0.001,
+                list: 0.003,
                 output: 0.0035258,
                 modify: 0.00034309,
                 other: 0.000174,

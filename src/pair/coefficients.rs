@@ -52,6 +52,8 @@ struct Given {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PairCoefficients {
     style: StyleInfo,
+    /// Values of the style's settings.
+    settings: Vec<f64>,
     /// Cutoff of `pair_style`, length units.
     pub global_cutoff: f64,
     pub mixing: Mixing,
@@ -63,7 +65,8 @@ pub struct PairCoefficients {
 }
 
 impl PairCoefficients {
-    /// Style of that name for `types` atom types (0 while there is no box); the error lists what there is.
+    /// Style of that name for `types` atom types (0 while there is no box); the error lists what there is. Settings, if the
+    /// style has some, come with [`PairCoefficients::reset`].
     pub fn new(name: &str, global_cutoff: f64, types: usize) -> Result<Self, String> {
         let all = styles();
         let Some(style) = all.iter().find(|s| s.name == name) else {
@@ -71,7 +74,8 @@ impl PairCoefficients {
             return Err(format!("pair style '{name}' is not part of octant; available: {}", names.join(", ")));
         };
         let given = vec![None; types * types];
-        Ok(Self { style: *style, global_cutoff, mixing: Mixing::default(), shift: false, types, given })
+        let settings = vec![0.0; style.settings.len()];
+        Ok(Self { style: *style, settings, global_cutoff, mixing: Mixing::default(), shift: false, types, given })
     }
 
     /// The style's name and coefficients.
@@ -87,8 +91,10 @@ impl PairCoefficients {
         }
     }
 
-    /// A repeated `pair_style` of the same name: cutoffs given in `pair_coeff` fall back to the new global one, as in LAMMPS.
-    pub fn reset_cutoff(&mut self, cutoff: f64) {
+    /// Settings and cutoff of a `pair_style` command, maybe a repeated one of the same name: cutoffs given in `pair_coeff` fall
+    /// back to the new global one, as in LAMMPS.
+    pub fn reset(&mut self, settings: Vec<f64>, cutoff: f64) {
+        self.settings = settings;
         self.global_cutoff = cutoff;
         for given in self.given.iter_mut().flatten() {
             given.cutoff = cutoff;
@@ -166,7 +172,7 @@ impl PairCoefficients {
                 pairs[i * n + j] = pair;
             }
         }
-        Ok((PairTable { style: self.style.name, shift: self.shift, types: n, pairs, settings: Vec::new() }, mixed, n * (n - 1) / 2))
+        Ok((PairTable { style: self.style.name, shift: self.shift, types: n, settings: self.settings.clone(), pairs }, mixed, n * (n - 1) / 2))
     }
 
     fn mix(&self, i: usize, j: usize) -> Result<TypePair, String> {
@@ -199,7 +205,7 @@ impl PairCoefficients {
 
     fn pair(&self, coefficients: Vec<f64>, cutoff: f64) -> TypePair {
         let energy_at_cutoff = if cutoff > 0.0 {
-            with_style(self.style.name, EnergyAt { coefficients: &coefficients, r: cutoff }).unwrap_or(0.0)
+            with_style(self.style.name, EnergyAt { coefficients: &coefficients, settings: &self.settings, r: cutoff }).unwrap_or(0.0)
         } else {
             0.0
         };
@@ -234,12 +240,13 @@ fn line(types: &[usize], values: &[f64]) -> String {
 
 struct EnergyAt<'a> {
     coefficients: &'a [f64],
+    settings: &'a [f64],
     r: f64,
 }
 
 impl StyleVisitor for EnergyAt<'_> {
     type Output = f64;
     fn visit<S: super::PairStyle>(self) -> f64 {
-        S::eval::<f64>(self.r * self.r, &S::params(self.coefficients, &[])).energy
+        S::eval::<f64>(self.r * self.r, &S::params(self.coefficients, self.settings)).energy
     }
 }

@@ -33,12 +33,30 @@ pub enum Mix {
     Never,
 }
 
-/// One number of `pair_coeff`, after the two types.
+/// Powers of energy and length in a coefficient's unit: an inverse length is `{ energy: 0, length: -1 }`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dimension {
+    pub energy: i32,
+    pub length: i32,
+}
+
+impl Dimension {
+    pub const ENERGY: Self = Self { energy: 1, length: 0 };
+    pub const LENGTH: Self = Self { energy: 0, length: 1 };
+    pub const INVERSE_LENGTH: Self = Self { energy: 0, length: -1 };
+    pub const ENERGY_LENGTH: Self = Self { energy: 1, length: 1 };
+
+    /// The unit's size where energies and lengths have units of these sizes.
+    pub fn size(self, energy: f64, length: f64) -> f64 {
+        energy.powi(self.energy) * length.powi(self.length)
+    }
+}
+
+/// One number of `pair_coeff` after the two types, or of `pair_style` before the cutoff.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coefficient {
     pub name: &'static str,
-    /// Dimension in words, such as "energy".
-    pub unit: &'static str,
+    pub dimension: Dimension,
     pub mix: Mix,
     /// Smallest value that makes sense, if there is one.
     pub least: Option<f64>,
@@ -50,13 +68,16 @@ pub trait PairStyle: Send + Sync + 'static {
     const NAME: &'static str;
     /// U(r) in words for `octant info`.
     const FORMULA: &'static str;
+    /// What `pair_style` takes before the cutoff; none for most. Nothing of it is mixed.
+    const SETTINGS: &'static [Coefficient];
     /// What `pair_coeff` takes after the types; an optional cutoff (length) follows them.
     const COEFFICIENTS: &'static [Coefficient];
     /// Constants of one pair of types, worked out once.
     type Params<R: Real>: Copy + Send + Sync + 'static;
 
-    /// Constants from the coefficients, in the order of [`PairStyle::COEFFICIENTS`].
+    /// Constants from the values of [`PairStyle::COEFFICIENTS`] and [`PairStyle::SETTINGS`], in their order.
     fn params(coefficients: &[f64], settings: &[f64]) -> Self::Params<f64>;
+    /// The same constants in another arithmetic: `convert` is called once for each number, always in the same order.
     fn map<A: Real, B: Real>(params: &Self::Params<A>, convert: impl FnMut(A) -> B) -> Self::Params<B>;
     /// The untruncated formula at squared distance `r2`.
     fn eval<R: Real>(r2: R, params: &Self::Params<R>) -> PairValue<R>;
@@ -86,6 +107,7 @@ pub fn with_style<V: StyleVisitor>(name: &str, visitor: V) -> Option<V::Output> 
 pub struct StyleInfo {
     pub name: &'static str,
     pub formula: &'static str,
+    pub settings: &'static [Coefficient],
     pub coefficients: &'static [Coefficient],
 }
 
@@ -97,10 +119,18 @@ pub fn styles() -> Vec<StyleInfo> {
             all.push(StyleInfo {
                 name: <$style as PairStyle>::NAME,
                 formula: <$style as PairStyle>::FORMULA,
+                settings: <$style as PairStyle>::SETTINGS,
                 coefficients: <$style as PairStyle>::COEFFICIENTS,
             })
         };
     }
     for_each!(describe);
     all
+}
+
+impl StyleInfo {
+    /// The arguments of `pair_style`.
+    pub fn usage(&self) -> String {
+        self.settings.iter().map(|s| s.name).chain(["cutoff"]).collect::<Vec<_>>().join(" ")
+    }
 }

@@ -1,6 +1,6 @@
 //! The finished coefficients of a scene: one entry for each ordered pair of types.
 
-use super::{PairStyle, StyleVisitor, with_style};
+use super::{Coefficient, PairStyle, StyleInfo, StyleVisitor, styles, with_style};
 use crate::pair::truncation::{Cut, Shifted, Truncation};
 
 /// Coefficients of one pair of types.
@@ -24,6 +24,7 @@ pub struct PairTable {
     pub types: usize,
     /// `types * types` entries, row-major, types from 0.
     pub pairs: Vec<TypePair>,
+    /// Values of the style's settings.
     pub settings: Vec<f64>,
 }
 
@@ -31,12 +32,32 @@ pub struct PairTable {
 pub type PerTypePair = Vec<f64>;
 
 impl PairTable {
+    /// Powers of two near the table's own energy and length, in the scene's units. In units of these, numbers fit into f32
+    /// whatever the unit system: SI has lengths of 1e-10 whose twelfth power is no f32.
     pub fn scales(&self) -> (f64, f64) {
-        (1.0, 1.0)
+        let length = power_of_two(self.largest_cutoff() / 2.5);
+        let style = style_info(self.style);
+        let energies = self.pairs.iter().flat_map(|pair| style.coefficients.iter().zip(&pair.coefficients));
+        let energies = energies.filter(|(c, _)| c.dimension.energy == 1);
+        let sizes = energies.map(|(c, value)| value.abs() / length.powi(c.dimension.length));
+        (power_of_two(sizes.fold(0.0, f64::max)), length)
     }
-    pub fn scaled(&self, _energy: f64, _length: f64) -> PairTable {
-        self.clone()
+
+    /// The same table in units of these scales. With powers of two nothing is rounded.
+    pub fn scaled(&self, energy: f64, length: f64) -> PairTable {
+        let style = style_info(self.style);
+        let scale = |names: &[Coefficient], values: &[f64]| -> Vec<f64> {
+            names.iter().zip(values).map(|(c, value)| value / c.dimension.size(energy, length)).collect()
+        };
+        let pair = |pair: &TypePair| TypePair {
+            coefficients: scale(style.coefficients, &pair.coefficients),
+            cutoff: pair.cutoff / length,
+            energy_at_cutoff: pair.energy_at_cutoff / energy,
+        };
+        let pairs = self.pairs.iter().map(pair).collect();
+        PairTable { pairs, settings: scale(style.settings, &self.settings), ..self.clone() }
     }
+
     /// Largest cutoff, length units.
     pub fn largest_cutoff(&self) -> f64 {
         self.pairs.iter().map(|p| p.cutoff).fold(0.0, f64::max)
@@ -54,15 +75,15 @@ impl PairTable {
 
     /// U(r) and -U'(r)/r of a pair of types (from 0), 0 from the cutoff on.
     pub fn evaluate(&self, i: usize, j: usize, r: f64) -> Option<super::PairValue<f64>> {
-        struct At<'a>(&'a TypePair, bool, f64);
+        struct At<'a>(&'a TypePair, &'a [f64], bool, f64);
         impl StyleVisitor for At<'_> {
             type Output = super::PairValue<f64>;
             fn visit<S: PairStyle>(self) -> Self::Output {
-                let At(pair, shift, r) = self;
+                let At(pair, settings, shift, r) = self;
                 if r * r >= pair.cutoff * pair.cutoff {
                     return super::PairValue { force_over_r: 0.0, energy: 0.0 };
                 }
-                let value = S::eval::<f64>(r * r, &S::params(&pair.coefficients, &[]));
+                let value = S::eval::<f64>(r * r, &S::params(&pair.coefficients, settings));
                 if shift {
                     Shifted::apply(value, &Shifted::params(pair.energy_at_cutoff))
                 } else {
@@ -70,6 +91,60 @@ impl PairTable {
                 }
             }
         }
-        with_style(self.style, At(self.pairs.get(i * self.types + j)?, self.shift, r))
+        with_style(self.style, At(self.pairs.get(i * self.types + j)?, &self.settings, self.shift, r))
+    }
+}
+
+/// What is known of a registered style.
+fn style_info(name: &str) -> StyleInfo {
+    styles().into_iter().find(|style| style.name == name).expect("a table names a registered style")
+}
+
+/// The power of two nearest to a positive number, 1 for others.
+fn power_of_two(x: f64) -> f64 {
+    if x > 0.0 && x.is_finite() { x.log2().round().clamp(-300.0, 300.0).exp2() } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Mix, PairCoefficients};
+    use super::*;
+
+    #[test]
+    fn scaling_changes_units_and_nothing_else() {
+        for style in styles() {
+            // The same potential in units of its own and in units like SI's.
+            for (energy, length) in [(1.0, 1.0), (1.65e-21, 3.4e-10), (3e5, 700.0)] {
+                let value = |c: &Coefficient, k: usize| (1.3 - 0.2 * k as f64) * c.dimension.size(energy, length);
+                let mut given = PairCoefficients::new(style.name, 0.0, 1).unwrap();
+                let settings = style.settings.iter().enumerate().map(|(k, c)| value(c, k)).collect();
+                given.reset(settings, 2.5 * length);
+                let words: Vec<String> =
+                    style.coefficients.iter().enumerate().map(|(k, c)| value(c, k).to_string()).collect();
+                let words: Vec<&str> = words.iter().map(String::as_str).collect();
+                given.set((1, 1), (1, 1), &words).unwrap();
+                given.shift = true;
+                let table = given.complete().unwrap().0;
+                let (e, l) = table.scales();
+                let scaled = table.scaled(e, l);
+                assert!((0.4..2.5).contains(&(l / length)) && (0.4..2.5).contains(&(e / energy)), "{}", style.name);
+                for k in 1..50 {
+                    let r = (0.7 + 0.035 * k as f64) * length;
+                    let (plain, other) = (table.evaluate(0, 0, r).unwrap(), scaled.evaluate(0, 0, r / l).unwrap());
+                    let force_unit = e / (l * l);
+                    assert!((plain.energy - other.energy * e).abs() <= 1e-14 * plain.energy.abs().max(energy));
+                    let error = plain.force_over_r - other.force_over_r * force_unit;
+                    assert!(error.abs() <= 1e-14 * plain.force_over_r.abs().max(energy / (length * length)));
+                }
+            }
+            assert!(style.settings.iter().all(|c| c.mix == Mix::Never), "{}: nothing mixes settings", style.name);
+        }
+    }
+
+    #[test]
+    fn reduced_units_need_no_scaling() {
+        let mut given = PairCoefficients::new("lj/cut", 2.5, 1).unwrap();
+        given.set((1, 1), (1, 1), &["1.0", "1.0"]).unwrap();
+        assert_eq!(given.complete().unwrap().0.scales(), (1.0, 1.0));
     }
 }

@@ -9,6 +9,7 @@ pub trait Truncation: Send + Sync + 'static {
     type Params<R: Real>: Copy + Send + Sync + 'static;
     /// Constants from the energy at the cutoff.
     fn params(energy_at_cutoff: f64) -> Self::Params<f64>;
+    /// The same constants in another arithmetic: `convert` is called once for each number, always in the same order.
     fn map<A: Real, B: Real>(params: &Self::Params<A>, convert: impl FnMut(A) -> B) -> Self::Params<B>;
     /// Applies the rule inside the cutoff.
     fn apply<R: Real>(value: PairValue<R>, params: &Self::Params<R>) -> PairValue<R>;

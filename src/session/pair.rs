@@ -12,11 +12,15 @@ impl ScriptState {
     pub fn pair_style(&mut self, name: &Name, args: &mut Args<'_>) -> Result<Messages, Complaint> {
         let known = PairCoefficients::new(&name.text, 0.0, self.scene.masses.len());
         let fresh = known.map_err(|m| Complaint::new(name.word, m))?;
+        let mut settings = Vec::new();
+        for setting in fresh.style().settings {
+            settings.push(args.number(setting.name)?);
+        }
         let cutoff = args.number_where("a cutoff", "above 0", |r| r > 0.0)?;
         args.done()?;
         match &mut self.scene.pair {
-            Some(pair) if pair.style().name == name.text => pair.reset_cutoff(cutoff),
-            other => other.insert(fresh).reset_cutoff(cutoff),
+            Some(pair) if pair.style().name == name.text => pair.reset(settings, cutoff),
+            other => other.insert(fresh).reset(settings, cutoff),
         }
         Ok(Messages::new())
     }

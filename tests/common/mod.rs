@@ -7,7 +7,7 @@ use octant::dynamics::Fix;
 use octant::engine::cpu::{CpuBackend, CpuOptions};
 use octant::engine::{Backend, Precision, Program};
 use octant::neighbor::{Policy, Search};
-use octant::pair::{PairCoefficients, PairTable};
+use octant::pair::{Coefficient, PairCoefficients, PairTable, StyleInfo};
 use octant::real::Isa;
 use octant::system::{GROUP_ALL, LostAtoms, Side, SimulationBox, State, Units, Vec3};
 
@@ -141,6 +141,27 @@ pub fn program(cutoffs: &[f64], skin: f64, search: Search) -> Program {
         lost: LostAtoms::Error,
         storage_sort: None,
     }
+}
+
+/// Two types of particles with any registered style: all pairs set, each with a cutoff of its own; lengths and energies in
+/// units of these sizes, SI's magnitudes for instance.
+pub fn program_of_style(style: &StyleInfo, shift: bool, energy: f64, length: f64) -> Program {
+    let mut pair = PairCoefficients::new(style.name, 0.0, 2).unwrap();
+    pair.reset(style.settings.iter().map(|c| 1.1 * c.dimension.size(energy, length)).collect(), 2.5 * length);
+    pair.shift = shift;
+    for (n, (i, j)) in [(1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+        let value = |(k, c): (usize, &Coefficient)| {
+            (1.0 + 0.1 * n as f64 - 0.05 * k as f64) * c.dimension.size(energy, length)
+        };
+        let values = style.coefficients.iter().enumerate().map(value);
+        let words: Vec<String> =
+            values.chain([(2.5 - 0.3 * n as f64) * length]).map(|x: f64| x.to_string()).collect();
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        pair.set((i, i), (j, j), &words).unwrap();
+    }
+    let mut program = program(&[2.5, 2.0], 0.3 * length, Search::Trimmed);
+    program.pair = pair.complete().unwrap().0;
+    program
 }
 
 pub fn arc(program: Program) -> Arc<Program> {

@@ -1,6 +1,6 @@
 //! `pair_style lj/cut`: U(r) = 4 epsilon ((sigma/r)^12 - (sigma/r)^6) for r < cutoff (LAMMPS doc page `pair_lj_cut`).
 
-use crate::pair::{Coefficient, Mix, PairStyle, PairValue};
+use crate::pair::{Coefficient, Dimension, Mix, PairStyle, PairValue};
 use crate::real::Real;
 
 /// Lennard-Jones 12-6.
@@ -18,9 +18,10 @@ pub struct Params<R> {
 impl PairStyle for Style {
     const NAME: &'static str = "lj/cut";
     const FORMULA: &'static str = "4 epsilon ((sigma/r)^12 - (sigma/r)^6)";
+    const SETTINGS: &'static [Coefficient] = &[];
     const COEFFICIENTS: &'static [Coefficient] = &[
-        Coefficient { name: "epsilon", unit: "energy", mix: Mix::Energy, least: None },
-        Coefficient { name: "sigma", unit: "length", mix: Mix::Distance, least: None },
+        Coefficient { name: "epsilon", dimension: Dimension::ENERGY, mix: Mix::Energy, least: None },
+        Coefficient { name: "sigma", dimension: Dimension::LENGTH, mix: Mix::Distance, least: None },
     ];
     type Params<R: Real> = Params<R>;
 

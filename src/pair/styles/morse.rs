@@ -1,0 +1,49 @@
+//! `pair_style morse`: U(r) = D0 (exp(-2 alpha (r - r0)) - 2 exp(-alpha (r - r0))) for r < cutoff (LAMMPS doc page
+//! `pair_morse`; P. M. Morse 1929, doi:10.1103/PhysRev.34.57).
+
+use crate::pair::{Coefficient, Dimension, Mix, PairStyle, PairValue};
+use crate::real::Real;
+
+/// Morse potential: a well of depth D0 at r0.
+pub struct Style;
+
+/// Depth, inverse width, place of the well, and the prefactor of the force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Params<R> {
+    pub depth: R,
+    pub alpha: R,
+    pub r0: R,
+    /// 2 D0 alpha.
+    pub slope: R,
+}
+
+impl PairStyle for Style {
+    const NAME: &'static str = "morse";
+    const FORMULA: &'static str = "D0 (exp(-2 alpha (r - r0)) - 2 exp(-alpha (r - r0)))";
+    const SETTINGS: &'static [Coefficient] = &[];
+    const COEFFICIENTS: &'static [Coefficient] = &[
+        Coefficient { name: "D0", dimension: Dimension::ENERGY, mix: Mix::Never, least: None },
+        Coefficient { name: "alpha", dimension: Dimension::INVERSE_LENGTH, mix: Mix::Never, least: None },
+        Coefficient { name: "r0", dimension: Dimension::LENGTH, mix: Mix::Never, least: None },
+    ];
+    type Params<R: Real> = Params<R>;
+
+    fn params(c: &[f64], _: &[f64]) -> Params<f64> {
+        let (depth, alpha, r0) = (c[0], c[1], c[2]);
+        Params { depth, alpha, r0, slope: 2.0 * depth * alpha }
+    }
+
+    #[inline(always)]
+    fn map<A: Real, B: Real>(p: &Params<A>, mut convert: impl FnMut(A) -> B) -> Params<B> {
+        Params { depth: convert(p.depth), alpha: convert(p.alpha), r0: convert(p.r0), slope: convert(p.slope) }
+    }
+
+    #[inline(always)]
+    fn eval<R: Real>(r2: R, p: &Params<R>) -> PairValue<R> {
+        let inverse = r2.rsqrt();
+        let r = r2 * inverse;
+        let e = (p.alpha * (p.r0 - r)).exp();
+        let e2 = e * e;
+        PairValue { force_over_r: p.slope * (e2 - e) * inverse, energy: p.depth * (e2 - (e + e)) }
+    }
+}
