@@ -9,7 +9,7 @@ pub mod truncation;
 pub use coefficients::{Mixing, PairCoefficients};
 pub use table::{PairTable, TypePair};
 
-use crate::real::Real;
+use crate::real::{Convert, Real};
 
 include!(concat!(env!("OUT_DIR"), "/pair_styles.rs"));
 
@@ -78,7 +78,7 @@ pub trait PairStyle: Send + Sync + 'static {
     /// Constants from the values of [`PairStyle::COEFFICIENTS`] and [`PairStyle::SETTINGS`], in their order.
     fn params(coefficients: &[f64], settings: &[f64]) -> Self::Params<f64>;
     /// The same constants in another arithmetic: `convert` is called once for each number, always in the same order.
-    fn map<A: Real, B: Real>(params: &Self::Params<A>, convert: impl FnMut(A) -> B) -> Self::Params<B>;
+    fn map<A: Real, B: Real>(params: &Self::Params<A>, convert: impl Convert<A, B>) -> Self::Params<B>;
     /// The untruncated formula at squared distance `r2`.
     fn eval<R: Real>(r2: R, params: &Self::Params<R>) -> PairValue<R>;
 }

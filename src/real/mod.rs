@@ -57,6 +57,19 @@ pub trait Real:
     }
 }
 
+/// Turns constants into another arithmetic, one number after the other. Closures do; in inner loops a type whose method is
+/// sure to be inlined does.
+pub trait Convert<A, B> {
+    fn convert(&mut self, value: A) -> B;
+}
+
+impl<A, B, F: FnMut(A) -> B> Convert<A, B> for F {
+    #[inline(always)]
+    fn convert(&mut self, value: A) -> B {
+        self(value)
+    }
+}
+
 macro_rules! scalar_real {
     ($t:ident) => {
         impl Real for $t {

@@ -200,7 +200,7 @@ impl<M: Mode> Engine<M> {
             1.0 / quanta > COARSEST_QUANTUM * smallest || (coordinate + 2.0 * images) * quanta > MOST_QUANTA;
         self.moving.pack(self.isa, quanta, &mut self.fixed);
         let membership =
-            Membership::new(self.program.pair.types, &self.neighbor_cutoffs, &self.simulation_box, quanta);
+            Membership::new(self.program.pair.types, &self.neighbor_cutoffs, &self.simulation_box, quanta, self.isa);
         let sorted = Sorted { particles: &self.held, fixed: &self.fixed, grid: &grid, cells: &self.cells };
         self.list.build(sorted, &membership, self.isa, self.kernel.lanes(), &self.pool);
         self.statistics.pairs = self.list.pairs() / 2;

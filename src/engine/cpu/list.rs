@@ -12,7 +12,7 @@ use crate::neighbor::estimate::ListBytes;
 use crate::neighbor::axis::Axis;
 use crate::neighbor::{Cells, Grid, Run};
 use crate::real::Isa;
-use crate::real::lanes::{FixedSlot, SearchLanes, Simd, SimdVisitor, Work, with_simd};
+use crate::real::lanes::{FixedSlot, Lanes, SearchLanes, Simd, SimdVisitor, Work, with_simd};
 use crate::system::parallel;
 use crate::system::{SimulationBox, Vec3};
 
@@ -30,8 +30,10 @@ pub struct Membership {
     lengths: [f64; 3],
     pub ties: Ties,
     /// Squared distances, in quanta, below which a pair certainly is in the list and above which it certainly is not.
+    /// Rows of as many entries as there are types, filled up to a register.
     inner: Vec<f32>,
     outer: Vec<f32>,
+    stride: usize,
     /// Largest of `outer`.
     reach: f32,
     quanta: f64,
@@ -39,7 +41,8 @@ pub struct Membership {
 
 impl Membership {
     /// `cutoffs` are the neighbor cutoffs R of each pair of types.
-    pub fn new(types: usize, cutoffs: &[f64], simulation_box: &SimulationBox, quanta: f64) -> Self {
+    pub fn new(types: usize, cutoffs: &[f64], simulation_box: &SimulationBox, quanta: f64, isa: Isa) -> Self {
+        let stride = if types == 1 { 1 } else { types.max(lanes_of(isa)) };
         let coordinate = simulation_box.lo.amax().max(simulation_box.hi.amax());
         // A coordinate is off by half a quantum and by its own rounding, a distance by at most four of these.
         let error = 4.0 / quanta + 16.0 * f64::EPSILON * coordinate;
@@ -47,13 +50,21 @@ impl Membership {
         let inner = |r: &f64| if *r > 0.0 { ((r * quanta).powi(2) * (1.0 - band(*r))) as f32 } else { -1.0 };
         // A pair that is switched off is listed where particles coincide, as in LAMMPS.
         let outer = |r: &f64| if *r > 0.0 { ((r * quanta).powi(2) * (1.0 + band(*r))) as f32 } else { 4.0 };
-        let outer: Vec<f32> = cutoffs.iter().map(outer).collect();
+        let rows = |limit: &dyn Fn(&f64) -> f32| -> Vec<f32> {
+            let mut all = vec![0.0; types * stride];
+            for (row, cutoffs) in all.chunks_exact_mut(stride).zip(cutoffs.chunks_exact(types)) {
+                row.iter_mut().zip(cutoffs).for_each(|(to, r)| *to = limit(r));
+            }
+            all
+        };
+        let (inner, outer) = (rows(&inner), rows(&outer));
         Self {
             types,
+            stride,
             squared: cutoffs.iter().map(|r| r * r).collect(),
             lengths: simulation_box.lengths().into(),
             ties: Ties::new(cutoffs, simulation_box),
-            inner: cutoffs.iter().map(inner).collect(),
+            inner,
             reach: outer.iter().copied().fold(0.0, f32::max),
             outer,
             quanta,
@@ -73,6 +84,18 @@ impl Membership {
         }
         r2 <= limit
     }
+}
+
+/// Lanes that distances are tested in.
+fn lanes_of(isa: Isa) -> usize {
+    struct Count;
+    impl SimdVisitor for Count {
+        type Output = usize;
+        fn visit<I: Simd>(self, _: I) -> usize {
+            I::F32::COUNT
+        }
+    }
+    with_simd(isa, Count)
 }
 
 /// All rows.
@@ -431,7 +454,7 @@ struct Search<'a, L> {
 impl<'a, L: SearchLanes> Search<'a, L> {
     #[inline(always)]
     fn new(membership: &'a Membership, kind: usize, own: [i32; 3]) -> Self {
-        let row = kind * membership.types..(kind + 1) * membership.types;
+        let row = kind * membership.stride..(kind + 1) * membership.stride;
         let (inner, outer) = (&membership.inner[row.clone()], &membership.outer[row]);
         Self { own, inner, outer, reach: L::splat(membership.reach) }
     }

@@ -8,6 +8,7 @@ mod mode;
 mod motion;
 mod moving;
 mod particles;
+mod rows;
 mod scratch;
 mod ties;
 mod trouble;

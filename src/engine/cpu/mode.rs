@@ -34,7 +34,7 @@ impl Shift {
         let mut shift = Self::default();
         for axis in 0..3 {
             let length = f64::from(image[axis]) * lengths[axis];
-            shift.double[axis] = length;
+            shift.double.x[axis] = length;
             // Modulo 2^32; lengths so great that this saturates are left to double precision.
             shift.fixed[axis] = (length * quanta).round() as i64 as i32;
         }
@@ -90,14 +90,14 @@ impl Slot for DoubleSlot {
     const FIXED: bool = false;
     #[inline(always)]
     fn nowhere(_: &Self) -> Self {
-        [NOWHERE, NOWHERE, NOWHERE, 0.0]
+        DoubleSlot { x: [NOWHERE; 3], kind: 0 }
     }
     #[inline(always)]
     fn kind(&self) -> usize {
-        self[3].to_bits() as usize
+        self.kind as usize
     }
     fn position(&self) -> [f64; 3] {
-        [self[0], self[1], self[2]]
+        self.x
     }
     #[inline(always)]
     fn shift(shift: &Shift) -> &Self {
@@ -107,12 +107,8 @@ impl Slot for DoubleSlot {
     fn pack<I: Simd, E: Element>(x: [&[E]; 3], origin: &[f64; 3], kinds: &[u32], _: f64, to: &mut [Self]) {
         let others = x[0].iter().zip(x[1]).zip(x[2].iter().zip(kinds));
         for (slot, ((x, y), (z, kind))) in to.iter_mut().zip(others) {
-            *slot = [
-                x.double() + origin[0],
-                y.double() + origin[1],
-                z.double() + origin[2],
-                f64::from_bits(u64::from(*kind)),
-            ];
+            let x = [x.double() + origin[0], y.double() + origin[1], z.double() + origin[2]];
+            *slot = DoubleSlot { x, kind: (*kind).into() };
         }
     }
 }

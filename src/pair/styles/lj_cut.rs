@@ -1,7 +1,7 @@
 //! `pair_style lj/cut`: U(r) = 4 epsilon ((sigma/r)^12 - (sigma/r)^6) for r < cutoff (LAMMPS doc page `pair_lj_cut`).
 
 use crate::pair::{Coefficient, Dimension, Mix, PairStyle, PairValue};
-use crate::real::Real;
+use crate::real::{Convert, Real};
 
 /// Lennard-Jones 12-6.
 pub struct Style;
@@ -37,12 +37,12 @@ impl PairStyle for Style {
     }
 
     #[inline(always)]
-    fn map<A: Real, B: Real>(p: &Params<A>, mut convert: impl FnMut(A) -> B) -> Params<B> {
+    fn map<A: Real, B: Real>(p: &Params<A>, mut convert: impl Convert<A, B>) -> Params<B> {
         Params {
-            force12: convert(p.force12),
-            force6: convert(p.force6),
-            energy12: convert(p.energy12),
-            energy6: convert(p.energy6),
+            force12: convert.convert(p.force12),
+            force6: convert.convert(p.force6),
+            energy12: convert.convert(p.energy12),
+            energy6: convert.convert(p.energy6),
         }
     }
 
@@ -51,8 +51,8 @@ impl PairStyle for Style {
         let s = r2.recip();
         let s3 = s * s * s;
         PairValue {
-            force_over_r: s3 * (p.force12 * s3 - p.force6) * s,
-            energy: s3 * (p.energy12 * s3 - p.energy6),
+            force_over_r: s3 * p.force12.mul_add(s3, -p.force6) * s,
+            energy: s3 * p.energy12.mul_add(s3, -p.energy6),
         }
     }
 }

@@ -2,7 +2,7 @@
 //! `pair_morse`; P. M. Morse 1929, doi:10.1103/PhysRev.34.57).
 
 use crate::pair::{Coefficient, Dimension, Mix, PairStyle, PairValue};
-use crate::real::Real;
+use crate::real::{Convert, Real};
 
 /// Morse potential: a well of depth D0 at r0.
 pub struct Style;
@@ -34,8 +34,8 @@ impl PairStyle for Style {
     }
 
     #[inline(always)]
-    fn map<A: Real, B: Real>(p: &Params<A>, mut convert: impl FnMut(A) -> B) -> Params<B> {
-        Params { depth: convert(p.depth), alpha: convert(p.alpha), r0: convert(p.r0), slope: convert(p.slope) }
+    fn map<A: Real, B: Real>(p: &Params<A>, mut convert: impl Convert<A, B>) -> Params<B> {
+        Params { depth: convert.convert(p.depth), alpha: convert.convert(p.alpha), r0: convert.convert(p.r0), slope: convert.convert(p.slope) }
     }
 
     #[inline(always)]

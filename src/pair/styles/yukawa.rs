@@ -2,7 +2,7 @@
 //! doi:10.11429/ppmsj1919.17.0_48).
 
 use crate::pair::{Coefficient, Dimension, Mix, PairStyle, PairValue};
-use crate::real::Real;
+use crate::real::{Convert, Real};
 
 /// Screened Coulomb potential.
 pub struct Style;
@@ -28,8 +28,8 @@ impl PairStyle for Style {
     }
 
     #[inline(always)]
-    fn map<A: Real, B: Real>(p: &Params<A>, mut convert: impl FnMut(A) -> B) -> Params<B> {
-        Params { strength: convert(p.strength), kappa: convert(p.kappa) }
+    fn map<A: Real, B: Real>(p: &Params<A>, mut convert: impl Convert<A, B>) -> Params<B> {
+        Params { strength: convert.convert(p.strength), kappa: convert.convert(p.kappa) }
     }
 
     #[inline(always)]

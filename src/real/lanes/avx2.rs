@@ -47,7 +47,7 @@ pub struct F64(__m256d);
 
 macro_rules! lanes {
     ($name:ident, $t:ident, $count:literal, $mask:ident, $set1:ident, $load:ident, $store:ident, $add:ident, $sub:ident,
-     $mul:ident, $div:ident, $sqrt:ident, $fmadd:ident, $cmp:ident, $blend:ident, $round:ident, $max:ident,
+     $mul:ident, $div:ident, $sqrt:ident, $fmadd:ident, $cmp:ident, $blend:ident, $round:ident, $max:ident, $min:ident,
      $movemask:ident) => {
         impl Add for $name {
             type Output = Self;
@@ -128,6 +128,7 @@ macro_rules! lanes {
         impl Lanes for $name {
             type Element = $t;
             const COUNT: usize = $count;
+            const SATURATES: bool = false;
             #[inline(always)]
             fn from_fn(value: impl FnMut(usize) -> $t) -> Self {
                 let values: [$t; $count] = std::array::from_fn(value);
@@ -160,12 +161,17 @@ macro_rules! lanes {
                 unsafe { Self($round::<{ _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC }>(self.0)) }
             }
             #[inline(always)]
-            fn power_of_two(self) -> Self {
-                power_of_two::$t(self)
+            fn times_power_of_two(self, n: Self) -> Self {
+                // One factor of two goes to the other number, so that results near the largest come out.
+                (self + self) * power_of_two::$t(n)
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {
                 unsafe { Self($max(self.0, other.0)) }
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                unsafe { Self($min(self.0, other.0)) }
             }
             #[inline(always)]
             fn sum(self) -> $t {
@@ -178,6 +184,10 @@ macro_rules! lanes {
             #[inline(always)]
             fn largest(self) -> $t {
                 fold::$t(self, |a, b| if a > b { a } else { b })
+            }
+            #[inline(always)]
+            fn lookup(column: &[$t], index: &[u32]) -> Self {
+                lookup::$t(column, index)
             }
             #[inline(always)]
             fn bits(mask: $mask) -> u32 {
@@ -195,12 +205,12 @@ macro_rules! lanes {
 
 lanes!(
     F32, f32, 8, __m256, _mm256_set1_ps, _mm256_loadu_ps, _mm256_storeu_ps, _mm256_add_ps, _mm256_sub_ps, _mm256_mul_ps,
-    _mm256_div_ps, _mm256_sqrt_ps, _mm256_fmadd_ps, _mm256_cmp_ps, _mm256_blendv_ps, _mm256_round_ps, _mm256_max_ps,
+    _mm256_div_ps, _mm256_sqrt_ps, _mm256_fmadd_ps, _mm256_cmp_ps, _mm256_blendv_ps, _mm256_round_ps, _mm256_max_ps, _mm256_min_ps,
     _mm256_movemask_ps
 );
 lanes!(
     F64, f64, 4, __m256d, _mm256_set1_pd, _mm256_loadu_pd, _mm256_storeu_pd, _mm256_add_pd, _mm256_sub_pd, _mm256_mul_pd,
-    _mm256_div_pd, _mm256_sqrt_pd, _mm256_fmadd_pd, _mm256_cmp_pd, _mm256_blendv_pd, _mm256_round_pd, _mm256_max_pd,
+    _mm256_div_pd, _mm256_sqrt_pd, _mm256_fmadd_pd, _mm256_cmp_pd, _mm256_blendv_pd, _mm256_round_pd, _mm256_max_pd, _mm256_min_pd,
     _mm256_movemask_pd
 );
 
@@ -224,6 +234,26 @@ pub fn sums_double([x, y, z]: [__m256d; 3]) -> [f64; 3] {
         let xy = _mm_add_pd(_mm256_castpd256_pd128(xy), _mm256_extractf128_pd::<1>(xy));
         let zz = _mm_add_pd(_mm256_castpd256_pd128(zz), _mm256_extractf128_pd::<1>(zz));
         [_mm_cvtsd_f64(xy), _mm_cvtsd_f64(_mm_unpackhi_pd(xy, xy)), _mm_cvtsd_f64(zz)]
+    }
+}
+
+/// Look-ups, named by the type of the lanes: within a register where the column fits into one.
+mod lookup {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(column: &[f32], index: &[u32]) -> F32 {
+        let index = &index[..8];
+        if column.len() == 8 {
+            return unsafe {
+                let index = _mm256_loadu_si256(index.as_ptr().cast());
+                F32(_mm256_permutevar8x32_ps(F32::load(column).0, index))
+            };
+        }
+        F32::from_fn(|k| column[index[k] as usize])
+    }
+    #[inline(always)]
+    pub fn f64(column: &[f64], index: &[u32]) -> F64 {
+        F64::from_fn(|k| column[index[k] as usize])
     }
 }
 
@@ -275,20 +305,20 @@ mod estimate {
     }
 }
 
-/// 2^n by its exponent bits, named by the type of the lanes.
+/// 2^(n - 1) by its exponent bits, named by the type of the lanes.
 mod power_of_two {
     use super::*;
     #[inline(always)]
     pub fn f32(n: F32) -> F32 {
         unsafe {
-            let biased = _mm256_add_epi32(_mm256_cvtps_epi32(n.0), _mm256_set1_epi32(127));
+            let biased = _mm256_add_epi32(_mm256_cvtps_epi32(n.0), _mm256_set1_epi32(126));
             F32(_mm256_castsi256_ps(_mm256_slli_epi32::<23>(biased)))
         }
     }
     #[inline(always)]
     pub fn f64(n: F64) -> F64 {
         unsafe {
-            let biased = _mm_add_epi32(_mm256_cvtpd_epi32(n.0), _mm_set1_epi32(1023));
+            let biased = _mm_add_epi32(_mm256_cvtpd_epi32(n.0), _mm_set1_epi32(1022));
             F64(_mm256_castsi256_pd(_mm256_slli_epi64::<52>(_mm256_cvtepi32_epi64(biased))))
         }
     }
@@ -375,7 +405,7 @@ impl PairLanes for F32 {
     }
     #[inline(always)]
     fn coefficient(column: &[f32], kinds: Self::Kinds) -> Self {
-        if column.len() <= Self::COUNT {
+        if column.len() == Self::COUNT {
             return unsafe { Self(_mm256_permutevar8x32_ps(Self::load(column).0, kinds)) };
         }
         let mut index = [0u32; 8];
@@ -394,15 +424,16 @@ impl PairLanes for F64 {
     type Kinds = [u64; 4];
     #[inline(always)]
     fn own(slot: &DoubleSlot) -> Self::Own {
-        unsafe { [_mm256_set1_pd(slot[0]), _mm256_set1_pd(slot[1]), _mm256_set1_pd(slot[2])] }
+        unsafe { [_mm256_set1_pd(slot.x[0]), _mm256_set1_pd(slot.x[1]), _mm256_set1_pd(slot.x[2])] }
     }
     #[inline(always)]
     fn differences(own: Self::Own, tile: &Tile<DoubleSlot>, index: &[u16]) -> ([Self; 3], Self::Kinds) {
         let index = &index[..4];
         let slot: [&DoubleSlot; 4] = std::array::from_fn(|k| &tile[index[k] as usize]);
+        let row = slot.map(|s| (&raw const *s).cast());
         unsafe {
-            let (a, b) = (_mm256_loadu_pd(slot[0].as_ptr()), _mm256_loadu_pd(slot[1].as_ptr()));
-            let (c, d) = (_mm256_loadu_pd(slot[2].as_ptr()), _mm256_loadu_pd(slot[3].as_ptr()));
+            let (a, b) = (_mm256_load_pd(row[0]), _mm256_load_pd(row[1]));
+            let (c, d) = (_mm256_load_pd(row[2]), _mm256_load_pd(row[3]));
             let (xz_ab, y_ab) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
             let (xz_cd, y_cd) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
             let x = _mm256_permute2f128_pd::<0x20>(xz_ab, xz_cd);
@@ -411,7 +442,7 @@ impl PairLanes for F64 {
             let dx = Self(_mm256_sub_pd(own[0], x));
             let dy = Self(_mm256_sub_pd(own[1], y));
             let dz = Self(_mm256_sub_pd(own[2], z));
-            ([dx, dy, dz], slot.map(|s| s[3].to_bits()))
+            ([dx, dy, dz], slot.map(|s| s.kind))
         }
     }
     #[inline(always)]
@@ -420,7 +451,7 @@ impl PairLanes for F64 {
     }
     #[inline(always)]
     fn shifted(slot: &DoubleSlot, shift: &DoubleSlot) -> DoubleSlot {
-        [slot[0] + shift[0], slot[1] + shift[1], slot[2] + shift[2], slot[3]]
+        DoubleSlot { x: std::array::from_fn(|a| slot.x[a] + shift.x[a]), kind: slot.kind }
     }
 }
 

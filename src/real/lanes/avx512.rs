@@ -51,8 +51,8 @@ pub struct F64(__m512d);
 
 macro_rules! lanes {
     ($name:ident, $t:ident, $count:literal, $mask:ident, $set1:ident, $load:ident, $store:ident, $add:ident, $sub:ident,
-     $mul:ident, $div:ident, $sqrt:ident, $fmadd:ident, $cmp:ident, $blend:ident, $round:ident, $scale:ident, $max:ident,
-     $rcp:ident, $rsqrt:ident, $fnmadd:ident, $steps:literal, $sum:ident, $largest:ident) => {
+     $mul:ident, $div:ident, $sqrt:ident, $fmadd:ident, $cmp:ident, $blend:ident, $round:ident, $scale:ident, $max:ident, $min:ident,
+     $rsqrt:ident, $fnmadd:ident, $steps:literal, $sum:ident, $largest:ident) => {
         impl Add for $name {
             type Output = Self;
             #[inline(always)]
@@ -115,17 +115,9 @@ macro_rules! lanes {
             fn select(mask: $mask, yes: Self, no: Self) -> Self {
                 unsafe { Self($blend(mask, no.0, yes.0)) }
             }
-            /// An estimate of 14 bits, doubled by each Newton step.
             #[inline(always)]
             fn recip(self) -> Self {
-                let two = Self::constant(2.0);
-                unsafe {
-                    let mut y = $rcp(self.0);
-                    for _ in 0..$steps {
-                        y = $mul(y, $fnmadd(self.0, y, two.0));
-                    }
-                    Self(y)
-                }
+                estimate::$t(self)
             }
             /// An estimate of 14 bits, doubled by each Newton step.
             #[inline(always)]
@@ -149,6 +141,7 @@ macro_rules! lanes {
         impl Lanes for $name {
             type Element = $t;
             const COUNT: usize = $count;
+            const SATURATES: bool = true;
             #[inline(always)]
             fn from_fn(value: impl FnMut(usize) -> $t) -> Self {
                 let values: [$t; $count] = std::array::from_fn(value);
@@ -181,12 +174,16 @@ macro_rules! lanes {
                 unsafe { Self($round::<0>(self.0)) }
             }
             #[inline(always)]
-            fn power_of_two(self) -> Self {
-                unsafe { Self($scale(Self::constant(1.0).0, self.0)) }
+            fn times_power_of_two(self, n: Self) -> Self {
+                unsafe { Self($scale(self.0, n.0)) }
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {
                 unsafe { Self($max(self.0, other.0)) }
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                unsafe { Self($min(self.0, other.0)) }
             }
             #[inline(always)]
             fn sum(self) -> $t {
@@ -199,6 +196,10 @@ macro_rules! lanes {
             #[inline(always)]
             fn largest(self) -> $t {
                 unsafe { $largest(self.0) }
+            }
+            #[inline(always)]
+            fn lookup(column: &[$t], index: &[u32]) -> Self {
+                lookup::$t(column, index)
             }
             #[inline(always)]
             fn bits(mask: $mask) -> u32 {
@@ -215,15 +216,60 @@ macro_rules! lanes {
 lanes!(
     F32, f32, 16, __mmask16, _mm512_set1_ps, _mm512_loadu_ps, _mm512_storeu_ps, _mm512_add_ps, _mm512_sub_ps,
     _mm512_mul_ps, _mm512_div_ps, _mm512_sqrt_ps, _mm512_fmadd_ps, _mm512_cmp_ps_mask, _mm512_mask_blend_ps,
-    _mm512_roundscale_ps, _mm512_scalef_ps, _mm512_max_ps, _mm512_rcp14_ps, _mm512_rsqrt14_ps, _mm512_fnmadd_ps, 1,
+    _mm512_roundscale_ps, _mm512_scalef_ps, _mm512_max_ps, _mm512_min_ps, _mm512_rsqrt14_ps, _mm512_fnmadd_ps, 1,
     _mm512_reduce_add_ps, _mm512_reduce_max_ps
 );
 lanes!(
     F64, f64, 8, __mmask8, _mm512_set1_pd, _mm512_loadu_pd, _mm512_storeu_pd, _mm512_add_pd, _mm512_sub_pd,
     _mm512_mul_pd, _mm512_div_pd, _mm512_sqrt_pd, _mm512_fmadd_pd, _mm512_cmp_pd_mask, _mm512_mask_blend_pd,
-    _mm512_roundscale_pd, _mm512_scalef_pd, _mm512_max_pd, _mm512_rcp14_pd, _mm512_rsqrt14_pd, _mm512_fnmadd_pd, 2,
+    _mm512_roundscale_pd, _mm512_scalef_pd, _mm512_max_pd, _mm512_min_pd, _mm512_rsqrt14_pd, _mm512_fnmadd_pd, 2,
     _mm512_reduce_add_pd, _mm512_reduce_max_pd
 );
+
+/// Reciprocals, named by the type of the lanes.
+mod estimate {
+    use super::*;
+    /// An estimate of 14 bits and a Newton step.
+    #[inline(always)]
+    pub fn f32(x: F32) -> F32 {
+        unsafe {
+            let y = _mm512_rcp14_ps(x.0);
+            F32(_mm512_mul_ps(y, _mm512_fnmadd_ps(x.0, y, _mm512_set1_ps(2.0))))
+        }
+    }
+    /// Division: two Newton steps take longer.
+    #[inline(always)]
+    pub fn f64(x: F64) -> F64 {
+        F64::constant(1.0) / x
+    }
+}
+
+/// Look-ups, named by the type of the lanes: within a register where the column fits into one.
+mod lookup {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(column: &[f32], index: &[u32]) -> F32 {
+        let index = &index[..16];
+        if column.len() == 16 {
+            return unsafe {
+                let index = _mm512_loadu_si512(index.as_ptr().cast());
+                F32(_mm512_permutexvar_ps(index, F32::load(column).0))
+            };
+        }
+        F32::from_fn(|k| column[index[k] as usize])
+    }
+    #[inline(always)]
+    pub fn f64(column: &[f64], index: &[u32]) -> F64 {
+        let index = &index[..8];
+        if column.len() == 8 {
+            return unsafe {
+                let index = _mm512_cvtepu32_epi64(_mm256_loadu_si256(index.as_ptr().cast()));
+                F64(_mm512_permutexvar_pd(index, F64::load(column).0))
+            };
+        }
+        F64::from_fn(|k| column[index[k] as usize])
+    }
+}
 
 /// Sums of three, named by the type of the lanes.
 mod sums {
@@ -291,8 +337,8 @@ fn quarters(tile: &Tile<FixedSlot>, index: [u16; 4]) -> __m512i {
 #[inline(always)]
 fn halves(tile: &Tile<DoubleSlot>, first: u16, second: u16) -> __m512d {
     unsafe {
-        let low = _mm256_loadu_pd((&raw const tile[first as usize]).cast());
-        let high = _mm256_loadu_pd((&raw const tile[second as usize]).cast());
+        let low = _mm256_load_pd((&raw const tile[first as usize]).cast());
+        let high = _mm256_load_pd((&raw const tile[second as usize]).cast());
         _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(low), high)
     }
 }
@@ -328,7 +374,7 @@ impl PairLanes for F32 {
     }
     #[inline(always)]
     fn coefficient(column: &[f32], kinds: Self::Kinds) -> Self {
-        if column.len() <= Self::COUNT {
+        if column.len() == Self::COUNT {
             return unsafe { Self(_mm512_permutexvar_ps(kinds, Self::load(column).0)) };
         }
         let mut index = [0u32; 16];
@@ -347,7 +393,7 @@ impl PairLanes for F64 {
     type Kinds = __m512i;
     #[inline(always)]
     fn own(slot: &DoubleSlot) -> Self::Own {
-        unsafe { [_mm512_set1_pd(slot[0]), _mm512_set1_pd(slot[1]), _mm512_set1_pd(slot[2])] }
+        unsafe { [_mm512_set1_pd(slot.x[0]), _mm512_set1_pd(slot.x[1]), _mm512_set1_pd(slot.x[2])] }
     }
     #[inline(always)]
     fn differences(own: Self::Own, tile: &Tile<DoubleSlot>, index: &[u16]) -> ([Self; 3], Self::Kinds) {
@@ -371,7 +417,7 @@ impl PairLanes for F64 {
     }
     #[inline(always)]
     fn coefficient(column: &[f64], kinds: Self::Kinds) -> Self {
-        if column.len() <= Self::COUNT {
+        if column.len() == Self::COUNT {
             return unsafe { Self(_mm512_permutexvar_pd(kinds, Self::load(column).0)) };
         }
         let mut index = [0u64; 8];
@@ -380,7 +426,7 @@ impl PairLanes for F64 {
     }
     #[inline(always)]
     fn shifted(slot: &DoubleSlot, shift: &DoubleSlot) -> DoubleSlot {
-        [slot[0] + shift[0], slot[1] + shift[1], slot[2] + shift[2], slot[3]]
+        DoubleSlot { x: std::array::from_fn(|a| slot.x[a] + shift.x[a]), kind: slot.kind }
     }
 }
 

@@ -25,8 +25,15 @@ pub type Tile<S> = [S; SLOTS];
 /// integers wherever the box lies, and half the size of doubles.
 pub type FixedSlot = [i32; 4];
 
-/// A particle in double precision; the fourth number's bits are its type (from 0).
-pub type DoubleSlot = [f64; 4];
+/// A particle in double precision. Aligned, so that none lies across two cache lines.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
+pub struct DoubleSlot {
+    /// Length units.
+    pub x: [f64; 3],
+    /// Type, from 0.
+    pub kind: u64,
+}
 
 /// A number type in memory.
 pub trait Element: Real<Mask = bool> + Default + PartialOrd + fmt::Debug {
@@ -85,10 +92,15 @@ pub trait Lanes: Real {
     fn store(self, to: &mut [Self::Element]);
     /// Nearest whole numbers.
     fn round(self) -> Self;
-    /// Two to the power of a whole number between -1022 (f32: -126) and 1023 (127).
-    fn power_of_two(self) -> Self;
+    /// [`Lanes::times_power_of_two`] gives 0 or infinity where the result is out of range.
+    const SATURATES: bool;
+    /// Times two to the power of a whole number; right where the result is a normal number and n below 1024 (f32: 128), or
+    /// everywhere.
+    fn times_power_of_two(self, n: Self) -> Self;
     /// The larger of two numbers, where neither is NaN.
     fn max(self, other: Self) -> Self;
+    /// The smaller of two numbers, where neither is NaN.
+    fn min(self, other: Self) -> Self;
     /// Sum over the lanes, always in the same order.
     fn sum(self) -> Self::Element;
     /// Sums of three at once, each as [`Lanes::sum`] has it or in another fixed order.
@@ -102,7 +114,8 @@ pub trait Lanes: Real {
     fn bits(mask: Self::Mask) -> u32;
     /// The mask with these bits.
     fn mask(bits: u32) -> Self::Mask;
-    /// `column[index[k]]` in lane k.
+    /// `column[index[k]]` in lane k. A column of at most [`Lanes::COUNT`] entries that are looked up is best filled up to that
+    /// length: it fits into a register.
     #[inline(always)]
     fn lookup(column: &[Self::Element], index: &[u32]) -> Self {
         Self::from_fn(|k| column[index[k] as usize])
@@ -139,6 +152,18 @@ pub trait SearchLanes: Lanes<Element = f32> {
 pub trait PositionLanes: Lanes<Element = f64> {
     /// Fixed-point slots of particles whose coordinates, in quanta, are below 2^51: nearest whole numbers modulo 2^32.
     fn fixed_slots(quanta: [Self; 3], kinds: &[u32], to: &mut [FixedSlot]);
+}
+
+/// Asks for the cache line of `from[at]`, if there is one, so that it is at hand when its turn comes.
+#[inline(always)]
+pub fn prefetch<T>(from: &[T], at: usize) {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(entry) = from.get(at) {
+        // SAFETY: every x86-64 processor has the instruction, and it reads nothing.
+        unsafe { std::arch::x86_64::_mm_prefetch::<{ std::arch::x86_64::_MM_HINT_T0 }>((&raw const *entry).cast()) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (from, at);
 }
 
 /// What makes whole numbers of doubles below 2^51: after this is added, they stand in the low bits.

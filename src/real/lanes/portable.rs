@@ -86,6 +86,7 @@ macro_rules! real_lanes {
         impl Lanes for Array<$t> {
             type Element = $t;
             const COUNT: usize = COUNT;
+            const SATURATES: bool = false;
             #[inline(always)]
             fn from_fn(value: impl FnMut(usize) -> $t) -> Self {
                 Self(std::array::from_fn(value))
@@ -117,12 +118,18 @@ macro_rules! real_lanes {
                 Self(self.0.map(|x| (x + whole) - whole))
             }
             #[inline(always)]
-            fn power_of_two(self) -> Self {
-                Self(self.0.map(|n| $t::from_bits(((n as i32).wrapping_add($bias) as $bits) << $mantissa)))
+            fn times_power_of_two(self, n: Self) -> Self {
+                // One factor of two goes to the other number, so that results near the largest come out.
+                let power = |n: $t| $t::from_bits(((n as i32).wrapping_add($bias - 1) as $bits) << $mantissa);
+                Self(std::array::from_fn(|k| (self.0[k] + self.0[k]) * power(n.0[k])))
             }
             #[inline(always)]
             fn max(self, other: Self) -> Self {
                 self.zip(other, |a, b| if a > b { a } else { b })
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                self.zip(other, |a, b| if a < b { a } else { b })
             }
             #[inline(always)]
             fn sum(self) -> $t {
@@ -181,8 +188,8 @@ impl PairLanes for Array<f64> {
     #[inline(always)]
     fn differences(own: DoubleSlot, tile: &Tile<DoubleSlot>, index: &[u16]) -> ([Self; 3], Self::Kinds) {
         let slots: [&DoubleSlot; COUNT] = std::array::from_fn(|k| &tile[index[k] as usize]);
-        let axis = |a: usize| Self(std::array::from_fn(|k| own[a] - slots[k][a]));
-        ([axis(0), axis(1), axis(2)], slots.map(|s| s[3].to_bits()))
+        let axis = |a: usize| Self(std::array::from_fn(|k| own.x[a] - slots[k].x[a]));
+        ([axis(0), axis(1), axis(2)], slots.map(|s| s.kind))
     }
     #[inline(always)]
     fn coefficient(column: &[f64], kinds: Self::Kinds) -> Self {
@@ -190,7 +197,7 @@ impl PairLanes for Array<f64> {
     }
     #[inline(always)]
     fn shifted(slot: &DoubleSlot, shift: &DoubleSlot) -> DoubleSlot {
-        [slot[0] + shift[0], slot[1] + shift[1], slot[2] + shift[2], slot[3]]
+        DoubleSlot { x: std::array::from_fn(|a| slot.x[a] + shift.x[a]), kind: slot.kind }
     }
 }
 
