@@ -181,6 +181,20 @@ fn explain_names_what_is_left_out() {
     let explained = folder.says("run a.in --explain");
     let more: Vec<&str> = explained.lines().filter(|l| !plain.contains(l)).collect();
     assert!(more.iter().any(|l| l.contains("lj/cut")), "{more:?}");
+    for said in
+        ["one type: its constants stay in registers", "look-up of groups", "added as tiles are copied", "An atom: "]
+    {
+        assert!(more.iter().any(|l| l.contains(said)), "{said}: {more:?}");
+    }
+    // What a scene has is not left out.
+    let free = melt("").replace("units lj\n", "units lj\nboundary f f f\n").replace("create_box 1", "create_box 2");
+    let free = free.replace("mass 1 1.0", "mass 1 1.0\nmass 2 2.0").replace("pair_coeff 1 1", "pair_coeff * *");
+    let free = free.replace("fix 1 all nve", "group some id 1:9\nfix 1 some nve");
+    folder.write("b.in", &(free + "run 0\n"));
+    let explained = folder.says("run b.in --explain");
+    assert!(explained.contains("2 types: constants are picked within registers"), "{explained}");
+    assert!(explained.contains("Periodic shifts: none in"), "{explained}");
+    assert!(!explained.contains("look-up of groups") && !explained.contains("look-up of masses"), "{explained}");
 }
 
 #[test]

@@ -86,8 +86,7 @@ fn forces_a_million_sigma_from_the_origin_and_in_a_box_of_a_million() {
     let near_space = SimulationBox::new(space.lo, space.hi.map(on_grid), space.sides);
     let mut far = near.clone();
     far.x.iter_mut().for_each(|x| *x = x.add_scalar(offset));
-    let far_space =
-        SimulationBox::new(near_space.lo.add_scalar(offset), near_space.hi.add_scalar(offset), space.sides);
+    let far_space = SimulationBox::new(near_space.lo.add_scalar(offset), near_space.hi.add_scalar(offset), space.sides);
     // The same drop of liquid in a box of a million sigma: its surface has other forces, the errors are alike.
     let wide = SimulationBox::new(space.lo, Vec3::repeat(offset), space.sides);
     for variant in variants() {

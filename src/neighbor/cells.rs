@@ -63,7 +63,7 @@ impl Pieces for Octants<'_> {
         let (order, rest) = self.order.split_at_mut((high[0] - low[0]) as usize);
         (Self { starts: low, order }, Self { starts: high, order: rest })
     }
-    fn len(&self) -> usize {
+    fn count(&self) -> usize {
         self.starts.len()
     }
 }

@@ -106,7 +106,8 @@ mod tests {
         let path = std::env::temp_dir().join(format!("octant-report-{}.json", std::process::id()));
         let statistics = NeighborStatistics { builds: 3, dangerous: None, pairs: 10 };
         let mut report = Report { atoms: 4, ..Report::new() };
-        report.neighbors = NeighborReport::new(&statistics, Work { distance_tests_per_atom: 470.5, list_entries_per_atom: 5.0 }, 4);
+        report.neighbors =
+            NeighborReport::new(&statistics, Work { distance_tests_per_atom: 470.5, list_entries_per_atom: 5.0 }, 4);
         report.memory = MemoryReport::new(4000, 4);
         report.timing = TimingReport::new(2.0, 100, StageTimes { pair: 1.5, ..StageTimes::default() });
         report.thermo.push(

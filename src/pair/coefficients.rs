@@ -172,7 +172,11 @@ impl PairCoefficients {
                 pairs[i * n + j] = pair;
             }
         }
-        Ok((PairTable { style: self.style.name, shift: self.shift, types: n, settings: self.settings.clone(), pairs }, mixed, n * (n - 1) / 2))
+        Ok((
+            PairTable { style: self.style.name, shift: self.shift, types: n, settings: self.settings.clone(), pairs },
+            mixed,
+            n * (n - 1) / 2,
+        ))
     }
 
     fn mix(&self, i: usize, j: usize) -> Result<TypePair, String> {
@@ -205,7 +209,8 @@ impl PairCoefficients {
 
     fn pair(&self, coefficients: Vec<f64>, cutoff: f64) -> TypePair {
         let energy_at_cutoff = if cutoff > 0.0 {
-            with_style(self.style.name, EnergyAt { coefficients: &coefficients, settings: &self.settings, r: cutoff }).unwrap_or(0.0)
+            with_style(self.style.name, EnergyAt { coefficients: &coefficients, settings: &self.settings, r: cutoff })
+                .unwrap_or(0.0)
         } else {
             0.0
         };

@@ -74,7 +74,15 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
         dump.set_facts(facts.clone());
         dump.begin_run(first)?;
     }
-    live.console.line(&memory_line(live.backend.bytes() as u64));
+    if live.settings.explain && !keep {
+        for line in live.backend.explain() {
+            live.console.line(&line);
+        }
+    }
+    let bytes = live.backend.bytes() as u64;
+    let atoms = script.scene.state.len().max(1) as u64;
+    live.console.line(&format!("Memory per atom: {} bytes (particles, list, working memory)", bytes / atoms));
+    live.console.line(&memory_line(bytes));
     for line in script.thermo.header() {
         live.console.line(&line);
     }

@@ -4,7 +4,8 @@
 pub trait Pieces: Sized + Send {
     /// Particles below `at`, and the others.
     fn split(self, at: usize) -> (Self, Self);
-    fn len(&self) -> usize;
+    /// How many there are.
+    fn count(&self) -> usize;
 }
 
 /// Calls `work(first particle, piece)` for pieces of `size` particles (a power of two times the size of the last), and joins
@@ -25,7 +26,7 @@ fn halve<P: Pieces, T: Send>(
     work: &(impl Fn(usize, P) -> T + Sync),
     join: &(impl Fn(T, T) -> T + Sync),
 ) -> T {
-    let count = pieces.len().div_ceil(size);
+    let count = pieces.count().div_ceil(size);
     if count <= 1 {
         return work(first, pieces);
     }
@@ -39,7 +40,7 @@ impl<T: Send> Pieces for &mut [T] {
     fn split(self, at: usize) -> (Self, Self) {
         self.split_at_mut(at)
     }
-    fn len(&self) -> usize {
+    fn count(&self) -> usize {
         <[T]>::len(self)
     }
 }
@@ -48,7 +49,7 @@ impl<T: Sync> Pieces for &[T] {
     fn split(self, at: usize) -> (Self, Self) {
         self.split_at(at)
     }
-    fn len(&self) -> usize {
+    fn count(&self) -> usize {
         <[T]>::len(self)
     }
 }
@@ -58,8 +59,8 @@ impl<A: Pieces, B: Pieces> Pieces for (A, B) {
         let ((a, c), (b, d)) = (self.0.split(at), self.1.split(at));
         ((a, b), (c, d))
     }
-    fn len(&self) -> usize {
-        self.0.len()
+    fn count(&self) -> usize {
+        self.0.count()
     }
 }
 
@@ -68,7 +69,7 @@ impl<A: Pieces> Pieces for [A; 3] {
         let [x, y, z] = self.map(|axis| axis.split(at));
         ([x.0, y.0, z.0], [x.1, y.1, z.1])
     }
-    fn len(&self) -> usize {
-        self[0].len()
+    fn count(&self) -> usize {
+        self[0].count()
     }
 }

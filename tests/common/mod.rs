@@ -32,30 +32,15 @@ impl Tolerance {
     /// Single and mixed precision round pairs as f32 does (6e-8), single also positions (2e-7 of a cell).
     pub fn of(precision: Precision) -> Self {
         match precision {
-            Precision::Double => Self {
-                force: 1e-12,
-                force_rms: 1e-13,
-                energy: 1e-11,
-                drift: 2e-4,
-                momentum: 1e-9,
-                trajectory: 1e-7,
-            },
-            Precision::Mixed => Self {
-                force: 3e-5,
-                force_rms: 3e-6,
-                energy: 1e-6,
-                drift: 2e-4,
-                momentum: 1e-3,
-                trajectory: 1e-2,
-            },
-            Precision::Single => Self {
-                force: 3e-5,
-                force_rms: 3e-6,
-                energy: 1e-6,
-                drift: 2e-3,
-                momentum: 1e-2,
-                trajectory: 1e-1,
-            },
+            Precision::Double => {
+                Self { force: 1e-12, force_rms: 1e-13, energy: 1e-11, drift: 2e-4, momentum: 1e-9, trajectory: 1e-7 }
+            }
+            Precision::Mixed => {
+                Self { force: 3e-5, force_rms: 3e-6, energy: 1e-6, drift: 2e-4, momentum: 1e-3, trajectory: 1e-2 }
+            }
+            Precision::Single => {
+                Self { force: 3e-5, force_rms: 3e-6, energy: 1e-6, drift: 2e-3, momentum: 1e-2, trajectory: 1e-1 }
+            }
         }
     }
 }
@@ -150,12 +135,10 @@ pub fn program_of_style(style: &StyleInfo, shift: bool, energy: f64, length: f64
     pair.reset(style.settings.iter().map(|c| 1.1 * c.dimension.size(energy, length)).collect(), 2.5 * length);
     pair.shift = shift;
     for (n, (i, j)) in [(1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
-        let value = |(k, c): (usize, &Coefficient)| {
-            (1.0 + 0.1 * n as f64 - 0.05 * k as f64) * c.dimension.size(energy, length)
-        };
+        let value =
+            |(k, c): (usize, &Coefficient)| (1.0 + 0.1 * n as f64 - 0.05 * k as f64) * c.dimension.size(energy, length);
         let values = style.coefficients.iter().enumerate().map(value);
-        let words: Vec<String> =
-            values.chain([(2.5 - 0.3 * n as f64) * length]).map(|x: f64| x.to_string()).collect();
+        let words: Vec<String> = values.chain([(2.5 - 0.3 * n as f64) * length]).map(|x: f64| x.to_string()).collect();
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         pair.set((i, i), (j, j), &words).unwrap();
     }

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 MODES = ("double", "mixed", "single")
 
 #: Speed over LAMMPS that a mode is asked to reach, by mode and whether it runs on one core.
-ASKED_SPEED = {("mixed", True): 4.0}
+ASKED_SPEED = {("double", True): 2.0, ("double", False): 2.0, ("mixed", True): 4.0, ("mixed", False): 4.0}
 
 #: Largest deviation of the cost of an atom-step from that of the main size that counts as a linear cost.
 ASKED_LINEAR = 0.15

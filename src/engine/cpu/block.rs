@@ -171,9 +171,8 @@ impl Block {
     }
 
     pub fn bytes(&self) -> usize {
-        let part = |p: &Part| {
-            p.entries.capacity() * 2 + p.lengths.capacity() * 4 + p.runs.capacity() * size_of::<TileRun>()
-        };
+        let part =
+            |p: &Part| p.entries.capacity() * 2 + p.lengths.capacity() * 4 + p.runs.capacity() * size_of::<TileRun>();
         self.parts.iter().map(part).sum::<usize>() + self.units.capacity() * size_of::<Unit>() + size_of::<Self>()
     }
 }

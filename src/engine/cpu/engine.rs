@@ -1,52 +1,33 @@
 //! A program with its particles: builds and steps.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::force::{PairKernel, PairSums, PairTask, pair_kernel};
-use super::list::{List, Membership, Sorted};
+use super::list::{List, Sorted};
+use super::membership::Membership;
 use super::mode::{Double, Mode, Slot};
-use super::motion::{FixKernel, Kicks, Piece, fix_kernel, kinetic_sums};
+use super::motion::{FixKernel, Kicks, Piece, fix_kernel};
 use super::moving::{Frame, Moving, PIECE, Pack};
 use super::particles::Particles;
 use super::scratch::{Pool, Tiles};
 use super::trouble::Scene;
-use crate::engine::backend::{Reached, StageSeconds, Work};
+use crate::engine::backend::StageSeconds;
 use crate::engine::fault::{Fault, FaultKind};
-use crate::engine::observer::{Needs, NeighborStatistics, Sums};
+use crate::engine::observer::{Needs, NeighborStatistics};
 use crate::engine::program::{Program, StorageSort};
-use crate::neighbor::{Cells, Decision, LAMMPS_BIN, Policy};
+use crate::neighbor::{Cells, Decision, LAMMPS_BIN};
 use crate::real::Isa;
 use crate::real::lanes::{DoubleSlot, Element, FixedSlot, with_simd};
 use crate::system::parallel;
-use crate::system::{LostAtoms, SimulationBox, State, Vec3};
-
-/// What a backend asks of a loaded program, whatever its precision; see [`crate::engine::Backend`].
-pub trait Loaded: Send + Sync {
-    fn set_up(&mut self, needs: Needs) -> Result<(), Fault>;
-    fn go_on(&mut self, program: &Program, state: &State, step: i64);
-    fn advance(&mut self, steps: u64, needs: Needs, stop: &AtomicBool) -> Result<Reached, Fault>;
-    fn step(&self) -> i64;
-    fn fetch(&self, state: &mut State);
-    fn sums(&self) -> Sums;
-    fn simulation_box(&self) -> &SimulationBox;
-    fn statistics(&self) -> NeighborStatistics;
-    fn seconds(&self) -> StageSeconds;
-    fn work(&self) -> Work;
-    fn neighbor_counts(&self) -> Vec<u32>;
-    fn pairs(&self) -> Vec<(u32, u32, [i32; 3])>;
-    fn bytes(&self) -> usize;
-    fn lost(&self) -> usize;
-    fn explain(&self) -> Vec<String>;
-}
+use crate::system::{LostAtoms, SimulationBox, State};
 
 /// Pair arithmetic in double precision for a faster mode, where fixed point cannot hold the scene.
-struct Fallback {
-    kernel: Box<dyn PairKernel<Double>>,
-    tiles: Tiles<DoubleSlot>,
-    slots: Vec<DoubleSlot>,
-    f: [Vec<f64>; 3],
+pub(super) struct Fallback {
+    pub(super) kernel: Box<dyn PairKernel<Double>>,
+    pub(super) tiles: Tiles<DoubleSlot>,
+    pub(super) slots: Vec<DoubleSlot>,
+    pub(super) f: [Vec<f64>; 3],
 }
 
 /// A quantum of fixed-point coordinates is at most this part of the smallest cutoff, or double precision takes over: finer
@@ -58,42 +39,44 @@ const MOST_QUANTA: f64 = (1u64 << 50) as f64;
 
 /// A program with its particles.
 pub struct Engine<M: Mode> {
-    program: Arc<Program>,
-    isa: Isa,
-    simulation_box: SimulationBox,
-    step: i64,
+    pub(super) program: Arc<Program>,
+    pub(super) isa: Isa,
+    pub(super) simulation_box: SimulationBox,
+    pub(super) step: i64,
     /// Steps since the last build.
-    ago: u64,
+    pub(super) ago: u64,
     /// Particles as they move.
-    moving: Moving<M>,
+    pub(super) moving: Moving<M>,
     /// Particles as they were right after the last build.
-    held: Particles,
-    held_box: SimulationBox,
-    held_step: i64,
+    pub(super) held: Particles,
+    pub(super) held_box: SimulationBox,
+    pub(super) held_step: i64,
     /// Where a build begins; as many as `held` between builds.
-    staging: Particles,
+    pub(super) staging: Particles,
     /// Storage order is sorted at the first build from this step on.
-    next_sort: i64,
-    cells: Cells,
-    fixed: Vec<FixedSlot>,
-    list: List,
-    kernel: Box<dyn PairKernel<M>>,
-    fallback: Option<Box<Fallback>>,
+    pub(super) next_sort: i64,
+    pub(super) storage_order: Vec<(u64, u32, u32)>,
+    pub(super) cells: Cells,
+    pub(super) fixed: Vec<FixedSlot>,
+    pub(super) membership: Membership,
+    pub(super) list: List,
+    pub(super) kernel: Box<dyn PairKernel<M>>,
+    pub(super) fallback: Option<Box<Fallback>>,
     /// Fixed point cannot hold this scene.
-    too_coarse: bool,
-    tiles: Tiles<M::Slot>,
-    pool: Pool,
-    fixes: Vec<Box<dyn FixKernel<M>>>,
-    half_kicks: Vec<M::Store>,
-    neighbor_cutoffs: Vec<f64>,
+    pub(super) too_coarse: bool,
+    pub(super) tiles: Tiles<M::Slot>,
+    pub(super) pool: Pool,
+    pub(super) fixes: Vec<Box<dyn FixKernel<M>>>,
+    pub(super) half_kicks: Vec<M::Store>,
+    pub(super) neighbor_cutoffs: Vec<f64>,
     /// No particle has moved further than this since the last build, length units.
-    travel: f64,
+    pub(super) travel: f64,
     /// The second half of the last step is still to be done.
-    half_done: bool,
-    pair_sums: PairSums,
-    statistics: NeighborStatistics,
-    seconds: StageSeconds,
-    lost: usize,
+    pub(super) half_done: bool,
+    pub(super) pair_sums: PairSums,
+    pub(super) statistics: NeighborStatistics,
+    pub(super) seconds: StageSeconds,
+    pub(super) lost: usize,
 }
 
 impl<M: Mode> Engine<M> {
@@ -117,6 +100,8 @@ impl<M: Mode> Engine<M> {
             held_step: step,
             staging: Particles::load(state),
             next_sort: step,
+            storage_order: Vec::new(),
+            membership: Membership::default(),
             cells: Cells::default(),
             fixed: Vec::new(),
             list: List::default(),
@@ -155,12 +140,12 @@ impl<M: Mode> Engine<M> {
             return;
         }
         let Self { staging, held, moving, .. } = self;
-        staging.clone_from(held);
+        staging.copy_from(held);
         moving.copy_to(staging);
     }
 
     /// Wraps, sorts, lists.
-    fn build(&mut self, set_up: bool) -> Result<(), Fault> {
+    pub(super) fn build(&mut self, set_up: bool) -> Result<(), Fault> {
         let clock = Instant::now();
         self.stage();
         let broken = self.staging.broken();
@@ -199,10 +184,10 @@ impl<M: Mode> Engine<M> {
         self.too_coarse =
             1.0 / quanta > COARSEST_QUANTUM * smallest || (coordinate + 2.0 * images) * quanta > MOST_QUANTA;
         self.moving.pack(self.isa, quanta, &mut self.fixed);
-        let membership =
-            Membership::new(self.program.pair.types, &self.neighbor_cutoffs, &self.simulation_box, quanta, self.isa);
+        let types = self.program.pair.types;
+        self.membership.update(types, &self.neighbor_cutoffs, &self.simulation_box, quanta, self.isa);
         let sorted = Sorted { particles: &self.held, fixed: &self.fixed, grid: &grid, cells: &self.cells };
-        self.list.build(sorted, &membership, self.isa, self.kernel.lanes(), &self.pool);
+        self.list.build(sorted, &self.membership, self.isa, self.kernel.lanes(), &self.pool);
         self.statistics.pairs = self.list.pairs() / 2;
         let mut slots = std::mem::take(&mut self.moving.slots);
         self.moving.pack(self.isa, quanta, &mut slots);
@@ -219,12 +204,12 @@ impl<M: Mode> Engine<M> {
         let Some(StorageSort { every, bin }) = self.program.storage_sort else { return };
         let bin = if bin > 0.0 { bin } else { LAMMPS_BIN * radius };
         if every > 0 && bin > 0.0 && (set_up || self.step >= self.next_sort) {
-            self.staging.sort_storage(&self.simulation_box, bin);
+            self.staging.sort_storage(&self.simulation_box, bin, &mut self.storage_order);
             self.next_sort = (self.step / every + 1) * every;
         }
     }
 
-    fn forces(&mut self, needs: Needs) -> Result<(), Fault> {
+    pub(super) fn forces(&mut self, needs: Needs) -> Result<(), Fault> {
         let sums = needs.energy || needs.virial;
         let lengths = self.held_box.lengths().into();
         if M::Slot::FIXED && self.is_out_of_range() {
@@ -320,7 +305,7 @@ impl<M: Mode> Engine<M> {
         squared > trigger
     }
 
-    fn one_step(&mut self, needs: Needs) -> Result<(), Fault> {
+    pub(super) fn one_step(&mut self, needs: Needs) -> Result<(), Fault> {
         let mut clock = Instant::now();
         let mut lap = move || {
             let now = Instant::now();
@@ -355,7 +340,7 @@ impl<M: Mode> Engine<M> {
         Ok(())
     }
 
-    fn finish_step(&mut self) {
+    pub(super) fn finish_step(&mut self) {
         let clock = Instant::now();
         self.move_particles(false);
         self.seconds.modify += clock.elapsed().as_secs_f64();
@@ -363,144 +348,10 @@ impl<M: Mode> Engine<M> {
 }
 
 /// dt / 2 / mass by type; one number where all types have the same.
-fn half_kicks<M: Mode>(program: &Program) -> Vec<M::Store> {
+pub fn half_kicks<M: Mode>(program: &Program) -> Vec<M::Store> {
     let mut kicks: Vec<M::Store> = program.half_kicks().into_iter().map(M::Store::of).collect();
     if kicks.iter().all(|kick| *kick == kicks[0]) {
         kicks.truncate(1);
     }
     kicks
-}
-
-impl<M: Mode> Loaded for Engine<M> {
-    fn set_up(&mut self, needs: Needs) -> Result<(), Fault> {
-        self.statistics.builds = 0;
-        self.statistics.dangerous = self.program.policy.check.then_some(0);
-        self.build(true)?;
-        let result = self.forces(needs);
-        self.seconds = StageSeconds::default();
-        result
-    }
-
-    /// Takes over what a script may change without a set-up.
-    fn go_on(&mut self, program: &Program, state: &State, step: i64) {
-        let policy = Policy { skin: self.program.policy.skin, ..program.policy };
-        let (timestep, masses, lost) = (program.timestep, program.masses.clone(), program.lost);
-        self.program = Arc::new(Program { policy, timestep, masses, lost, ..Program::clone(&self.program) });
-        self.half_kicks = half_kicks::<M>(&self.program);
-        self.statistics.dangerous = policy.check.then(|| self.statistics.dangerous.unwrap_or(0));
-        self.seconds = StageSeconds::default();
-        self.step = step;
-        for (k, home) in self.held.home.iter().enumerate() {
-            if let (Some(v), Some(mask)) = (state.v.get(*home as usize), state.mask.get(*home as usize)) {
-                for axis in 0..3 {
-                    self.moving.v[axis][k] = M::Store::of(v[axis]);
-                }
-                (self.held.mask[k], self.moving.mask[k]) = (*mask, *mask);
-            }
-        }
-    }
-
-    fn advance(&mut self, steps: u64, needs: Needs, stop: &AtomicBool) -> Result<Reached, Fault> {
-        for k in 1..=steps {
-            let stopped = self.one_step(if k == steps { needs } else { Needs::default() });
-            if let Err(fault) = stopped {
-                self.half_done = false;
-                return Err(fault);
-            }
-            if stop.load(Ordering::Relaxed) {
-                if !(k == steps && needs.energy && needs.virial) {
-                    // Whoever looks at the last step may want its sums.
-                    self.forces(Needs { energy: true, virial: true, ..Needs::default() })?;
-                }
-                self.finish_step();
-                return Ok(Reached::Interrupted);
-            }
-        }
-        if steps > 0 {
-            self.finish_step();
-        }
-        Ok(Reached::End)
-    }
-
-    fn step(&self) -> i64 {
-        self.step
-    }
-
-    fn fetch(&self, state: &mut State) {
-        if self.held.len() == 0 {
-            return self.staging.store(state);
-        }
-        self.held.store(state);
-        for frame in &self.moving.frames {
-            for k in frame.first..frame.end {
-                let home = self.held.home[k] as usize;
-                let place = |axis: usize| self.moving.x[axis][k].double() + frame.origin[axis];
-                state.x[home] = Vec3::from(std::array::from_fn(place));
-                state.v[home] = Vec3::from(std::array::from_fn(|axis| self.moving.v[axis][k].double()));
-                state.f[home] = self.moving.force(k);
-            }
-        }
-    }
-
-    fn sums(&self) -> Sums {
-        Sums {
-            kinetic: kinetic_sums(&self.moving, &self.program.masses),
-            potential: self.pair_sums.energy,
-            virial: self.pair_sums.virial,
-        }
-    }
-
-    fn simulation_box(&self) -> &SimulationBox {
-        &self.simulation_box
-    }
-
-    fn statistics(&self) -> NeighborStatistics {
-        self.statistics
-    }
-
-    fn seconds(&self) -> StageSeconds {
-        self.seconds
-    }
-
-    fn work(&self) -> Work {
-        let atoms = self.moving.len().max(1) as f64;
-        Work {
-            distance_tests_per_atom: self.list.tests as f64 / atoms,
-            list_entries_per_atom: self.list.pairs() as f64 / atoms,
-        }
-    }
-
-    fn neighbor_counts(&self) -> Vec<u32> {
-        let mut counts = vec![0; self.held.len()];
-        self.list.for_each_row(|k, _, row| counts[self.held.home[k] as usize] += row.len() as u32);
-        counts
-    }
-
-    fn pairs(&self) -> Vec<(u32, u32, [i32; 3])> {
-        let id = &self.held.id;
-        let mut pairs = Vec::new();
-        self.list.for_each_row(|i, part, row| {
-            pairs.extend(row.iter().map(|slot| {
-                let (j, image) = part.particle(*slot);
-                (id[i], id[j], image)
-            }));
-        });
-        pairs.sort_unstable();
-        pairs
-    }
-
-    fn bytes(&self) -> usize {
-        // The particles as they move, as the last build left them, and where the next begins.
-        let particles = self.moving.len() * (Moving::<M>::BYTES + 2 * Particles::BYTES + size_of::<FixedSlot>());
-        let fallback = self.fallback.as_ref().map_or(0, |f| f.tiles.bytes() + f.slots.len() * (32 + 24));
-        particles + self.cells.bytes() + self.list.bytes() + self.tiles.bytes() + self.pool.bytes() + fallback
-    }
-
-    fn lost(&self) -> usize {
-        self.lost
-    }
-
-    fn explain(&self) -> Vec<String> {
-        Vec::new()
-    }
 }

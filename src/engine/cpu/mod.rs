@@ -4,12 +4,15 @@ mod block;
 mod engine;
 mod force;
 mod list;
+mod loaded;
+mod membership;
 mod mode;
 mod motion;
 mod moving;
 mod particles;
 mod rows;
 mod scratch;
+mod search;
 mod ties;
 mod trouble;
 
@@ -24,8 +27,9 @@ use super::program::Program;
 use crate::Error;
 use crate::real::Isa;
 use crate::system::{SimulationBox, State};
-use engine::{Engine, Loaded};
+use engine::Engine;
 pub use list::LIST_BYTES;
+use loaded::Loaded;
 use mode::{Double, Mixed, Single};
 
 /// How the CPU engine runs.

@@ -50,7 +50,7 @@ impl<M: Mode> Pieces for Piece<'_, M> {
             Self { x: x.1, v: v.1, f: f.1, kind: kind.1, mask: mask.1, slots: slots.1 },
         )
     }
-    fn len(&self) -> usize {
+    fn count(&self) -> usize {
         self.kind.len()
     }
 }

@@ -4,8 +4,8 @@
 use super::mode::{Mode, Slot};
 use super::particles::Particles;
 use crate::neighbor::{Cells, Grid};
-use crate::real::lanes::{Element, Simd, SimdVisitor, Work, with_simd};
 use crate::real::Isa;
+use crate::real::lanes::{Element, Simd, SimdVisitor, Work, with_simd};
 use crate::system::parallel;
 use crate::system::{SimulationBox, Vec3};
 
@@ -168,10 +168,8 @@ impl<M: Mode> Moving<M> {
     }
 }
 
-type Columns<'a, M> = (
-    ([&'a mut [<M as Mode>::Store]; 3], [&'a mut [<M as Mode>::Store]; 3]),
-    [&'a mut [<M as Mode>::Store]; 3],
-);
+type Columns<'a, M> =
+    (([&'a mut [<M as Mode>::Store]; 3], [&'a mut [<M as Mode>::Store]; 3]), [&'a mut [<M as Mode>::Store]; 3]);
 type Places<'a, M> = ([&'a [<M as Mode>::Store]; 3], &'a [u32]);
 
 /// Calls `look(from, end, frame)` for each frame's part of `count` particles from `first`; places count from `first`.

@@ -22,7 +22,7 @@ pub struct Lost {
 }
 
 /// Structure of arrays, sorted by (cell, octant, part of the octant), ties by id. One entry a particle each.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Particles {
     /// Positions, length units.
     pub x: Vec<Vec3>,
@@ -56,6 +56,17 @@ impl Particles {
 
     pub fn len(&self) -> usize {
         self.id.len()
+    }
+
+    /// Becomes a copy, in the memory it has.
+    pub fn copy_from(&mut self, from: &Self) {
+        self.x.clone_from(&from.x);
+        self.v.clone_from(&from.v);
+        self.kind.clone_from(&from.kind);
+        self.home.clone_from(&from.home);
+        self.image.clone_from(&from.image);
+        self.id.clone_from(&from.id);
+        self.mask.clone_from(&from.mask);
     }
 
     /// Writes everything but forces back in storage order.
@@ -102,22 +113,33 @@ impl Particles {
 
     /// Places of all particles with a position or velocity that is no number.
     pub fn broken(&self) -> Vec<usize> {
-        let fine = |k: usize| self.x[k].iter().chain(self.v[k].iter()).all(|c| c.is_finite());
-        let broken = |k: &usize| !fine(*k);
-        (0..self.len()).into_par_iter().with_min_len(PIECE).filter(broken).collect()
+        let fine = |x: &Vec3, v: &Vec3| x.iter().chain(v.iter()).all(|c| c.is_finite());
+        let all_fine = |_: usize, (x, v): (&[Vec3], &[Vec3])| x.iter().zip(v).all(|(x, v)| fine(x, v));
+        if parallel::each((&self.x[..], &self.v[..]), PIECE, &all_fine, &|a, b| a && b) {
+            return Vec::new();
+        }
+        (0..self.len()).filter(|k| !fine(&self.x[*k], &self.v[*k])).collect()
     }
 
     /// Wraps everything into the box; returns the places of particles that are lost: beyond a fixed side, or more than a box
     /// length outside (LAMMPS wraps by one image, even at a set-up, and loses what is still outside).
     pub fn wrap(&mut self, simulation_box: &SimulationBox) -> Vec<Lost> {
-        let wrap_one = |(k, (x, image)): (usize, (&mut Vec3, &mut [i32; 3]))| {
-            let from = *x;
-            simulation_box.wrap_once(x, image);
-            let far = |axis| simulation_box.periodic(axis);
-            simulation_box.outside(x).map(|axis| Lost { place: k, position: from, far: far(axis) })
+        let wrap = |first: usize, (x, image): (&mut [Vec3], &mut [[i32; 3]])| {
+            let mut lost = Vec::new();
+            for (k, (x, image)) in x.iter_mut().zip(image).enumerate() {
+                let from = *x;
+                simulation_box.wrap_once(x, image);
+                if let Some(axis) = simulation_box.outside(x) {
+                    lost.push(Lost { place: first + k, position: from, far: simulation_box.periodic(axis) });
+                }
+            }
+            lost
         };
-        let pairs = self.x.par_iter_mut().with_min_len(PIECE).zip(self.image.par_iter_mut());
-        pairs.enumerate().filter_map(wrap_one).collect()
+        let join = |mut a: Vec<Lost>, b: Vec<Lost>| {
+            a.extend(b);
+            a
+        };
+        parallel::each((&mut self.x[..], &mut self.image[..]), PIECE, &wrap, &join)
     }
 
     /// Removes particles (ascending places) as LAMMPS does: axis after axis those that are beyond it, in storage order, the
@@ -148,7 +170,8 @@ impl Particles {
     }
 
     /// Sorts storage order into bins of about `bin` (X fastest), as LAMMPS does: inside a bin the order stays.
-    pub fn sort_storage(&mut self, simulation_box: &SimulationBox, bin: f64) {
+    /// `order` is scratch.
+    pub fn sort_storage(&mut self, simulation_box: &SimulationBox, bin: f64, order: &mut Vec<(u64, u32, u32)>) {
         let lengths = simulation_box.lengths();
         let inverse = 1.0 / bin;
         // As LAMMPS does it: a bin more or less is seen in dumps that are not sorted.
@@ -160,7 +183,7 @@ impl Particles {
             let inverse = bins[axis] / lengths[axis];
             ((x - simulation_box.lo[axis]) * inverse).floor().clamp(0.0, bins[axis] - 1.0) as u64
         };
-        let mut order: Vec<(u64, u32, u32)> = Vec::with_capacity(self.len());
+        order.clear();
         for (k, (at, home)) in self.x.iter().zip(&self.home).enumerate() {
             let [x, y, z] = std::array::from_fn(|axis| place(at[axis], axis));
             order.push(((z * bins.y as u64 + y) * bins.x as u64 + x, *home, k as u32));
@@ -181,8 +204,13 @@ impl Particles {
             }
             (lo, hi)
         };
-        let (lo, hi) =
-            self.x.par_iter().with_min_len(PIECE).map(|x| ((*x).into(), (*x).into())).fold(empty, join).reduce(empty, join);
+        let (lo, hi) = self
+            .x
+            .par_iter()
+            .with_min_len(PIECE)
+            .map(|x| ((*x).into(), (*x).into()))
+            .fold(empty, join)
+            .reduce(empty, join);
         if self.len() == 0 { (Vec3::zeros(), Vec3::zeros()) } else { (lo.into(), hi.into()) }
     }
 

@@ -6,8 +6,8 @@ use super::mode::{Mode, Shift, Slot};
 use super::ties::Ties;
 use crate::pair::PairStyle;
 use crate::pair::truncation::Truncation;
+use crate::real::lanes::{Element, Lanes, PairLanes, Simd, Tile, Work};
 use crate::real::{Convert, Real};
-use crate::real::lanes::{Element, Lanes, PairLanes, Simd, Tile, Work, prefetch};
 use crate::system::Vec3;
 
 /// Forces on the particles of one block; `f` is the block's part of the force arrays.
@@ -18,11 +18,6 @@ pub struct Rows<'a, M: Mode, S: PairStyle, T: Truncation, I> {
     pub tile: &'a mut Tile<M::Slot>,
     pub f: [&'a mut [M::Force]; 3],
 }
-
-/// Entries in a cache line, and how far ahead of their use they are asked for: beyond the page, where the processor does not
-/// go on by itself.
-const LINE: usize = 32;
-const AHEAD: usize = 2048;
 
 /// One type; no more than a register has lanes, so that numbers are picked within registers; more.
 const ONE: u8 = 0;
@@ -175,19 +170,16 @@ impl<M: Mode, S: PairStyle, T: Truncation, I: Simd> Rows<'_, M, S, T, I> {
         for (k, length) in part.lengths.iter().enumerate() {
             let end = begin + (*length as usize).next_multiple_of(lanes);
             let row = &part.entries[begin..end];
-            for line in 0..(end - begin).div_ceil(LINE) {
-                prefetch(&part.entries, begin + AHEAD + line * LINE);
-            }
             begin = end;
             let mut totals = self.row::<TYPES, SUMS, false>(part, k, row, &common);
             if !M::Slot::FIXED && ties && -(-totals.nearest).largest().double() <= band * band {
                 totals = self.row::<TYPES, SUMS, true>(part, k, row, &common);
             }
             let force = Of::<M, I>::sums(totals.force);
-            for a in 0..3 {
-                let before = if further { self.f[a][k].double() } else { 0.0 };
-                let total = M::Force::of(before + force[a].double() * force_unit);
-                self.f[a][k] = total;
+            for (to, force) in self.f.iter_mut().zip(force) {
+                let before = if further { to[k].double() } else { 0.0 };
+                let total = M::Force::of(before + force.double() * force_unit);
+                to[k] = total;
                 // Infinite and undefined numbers make this undefined for good.
                 poison = poison + total * M::Force::default();
             }
@@ -243,8 +235,8 @@ impl<M: Mode, S: PairStyle, T: Truncation, I: Simd> Rows<'_, M, S, T, I> {
             }
             let value = T::apply(S::eval(r2, &constants.style), &constants.truncation);
             let pull = Of::<M, I>::select(inside, value.force_over_r, zero);
-            for a in 0..3 {
-                totals.force[a] = d[a].mul_add(pull, totals.force[a]);
+            for (total, d) in totals.force.iter_mut().zip(d) {
+                *total = d.mul_add(pull, *total);
             }
             if SUMS {
                 totals.energy = totals.energy + Of::<M, I>::select(inside, value.energy, zero);

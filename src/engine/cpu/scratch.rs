@@ -2,8 +2,8 @@
 
 use std::sync::{Mutex, MutexGuard};
 
-use super::list::BuildScratch;
 use super::mode::{Slot, new_tile};
+use super::search::BuildScratch;
 use crate::real::lanes::{SLOTS, Tile};
 
 /// Tiles of one kind, one a thread.

@@ -9,7 +9,7 @@ use crate::neighbor::LAMMPS_BIN;
 use crate::system::{SimulationBox, Vec3};
 
 /// What it takes to repeat LAMMPS's rounding.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Ties {
     lo: Vec3,
     hi: Vec3,

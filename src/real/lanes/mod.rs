@@ -154,18 +154,6 @@ pub trait PositionLanes: Lanes<Element = f64> {
     fn fixed_slots(quanta: [Self; 3], kinds: &[u32], to: &mut [FixedSlot]);
 }
 
-/// Asks for the cache line of `from[at]`, if there is one, so that it is at hand when its turn comes.
-#[inline(always)]
-pub fn prefetch<T>(from: &[T], at: usize) {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(entry) = from.get(at) {
-        // SAFETY: every x86-64 processor has the instruction, and it reads nothing.
-        unsafe { std::arch::x86_64::_mm_prefetch::<{ std::arch::x86_64::_MM_HINT_T0 }>((&raw const *entry).cast()) };
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = (from, at);
-}
-
 /// What makes whole numbers of doubles below 2^51: after this is added, they stand in the low bits.
 const WHOLE: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52
 

@@ -59,7 +59,11 @@ impl<L: Lanes> Work for Arithmetic<L> {
         assert_eq!(x.largest().double(), a.iter().copied().fold(0.0, f64::max));
         let column: Vec<L::Element> = a.iter().map(|v| L::Element::of(*v)).collect();
         let long: Vec<L::Element> = (0..40).map(|k| L::Element::of(f64::from(k))).collect();
-        near(L::lookup(&long, &[39, 3, 2, 25, 8, 7, 6, 5, 4, 3, 2, 1, 0, 1, 2, 3]), &|k| [39, 3, 2, 25, 8, 7, 6, 5, 4, 3, 2, 1, 0, 1, 2, 3][k].into(), 0.0);
+        near(
+            L::lookup(&long, &[39, 3, 2, 25, 8, 7, 6, 5, 4, 3, 2, 1, 0, 1, 2, 3]),
+            &|k| [39, 3, 2, 25, 8, 7, 6, 5, 4, 3, 2, 1, 0, 1, 2, 3][k].into(),
+            0.0,
+        );
         let index: Vec<u32> = (0..L::COUNT as u32).map(|k| (k * 7 + 3) % L::COUNT as u32).collect();
         near(L::lookup(&column, &index), &|k| a[index[k] as usize], 0.0);
         near(L::load_single(&a.iter().map(|v| *v as f32).collect::<Vec<_>>()), &|k| f64::from(a[k] as f32), 0.0);
@@ -117,8 +121,8 @@ impl<I: Simd> Work for Slots<I> {
         let own = [i32::MAX - 5, -7, 1 << 30, 0];
         let (d, kinds) = I::F32::differences(I::F32::own(&own), &fixed, &index);
         let mut got = vec![0.0f32; 16];
-        for a in 0..3 {
-            d[a].store(&mut got);
+        for (a, d) in d.into_iter().enumerate() {
+            d.store(&mut got);
             for k in 0..I::F32::COUNT {
                 assert_eq!(got[k], own[a].wrapping_sub(fixed[index[k] as usize][a]) as f32);
             }
@@ -134,8 +138,8 @@ impl<I: Simd> Work for Slots<I> {
         let own = DoubleSlot { x: [0.25, -3.0, 1e9], kind: 0 };
         let (d, kinds) = I::F64::differences(I::F64::own(&own), &double, &index);
         let mut got = vec![0.0f64; 16];
-        for a in 0..3 {
-            d[a].store(&mut got);
+        for (a, d) in d.into_iter().enumerate() {
+            d.store(&mut got);
             for k in 0..I::F64::COUNT {
                 assert_eq!(got[k], own.x[a] - double[index[k] as usize].x[a]);
             }

@@ -1,0 +1,52 @@
+//! No step asks for memory: what a run needs, it has after its first list builds.
+
+mod common;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use common::{arc, melt, program, variants};
+use octant::engine::{Backend, Needs};
+use octant::neighbor::Search;
+
+/// The system's allocator, counting.
+struct Counting;
+
+static CALLS: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: hands everything on to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        CALLS.fetch_add(1, Ordering::Relaxed);
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        CALLS.fetch_add(1, Ordering::Relaxed);
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+#[test]
+fn steps_ask_for_no_memory() {
+    let (state, space) = melt(8);
+    let (steps, stop) = (200, AtomicBool::new(false));
+    for variant in variants() {
+        let mut backend = variant.cpu(2);
+        backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &space, 0);
+        backend.set_up(Needs::default()).unwrap();
+        backend.advance(600, Needs::default(), &stop).unwrap();
+        let (builds, calls) = (backend.statistics().builds, CALLS.load(Ordering::Relaxed));
+        backend.advance(steps, Needs::default(), &stop).unwrap();
+        let builds = backend.statistics().builds - builds;
+        let calls = CALLS.load(Ordering::Relaxed) - calls;
+        assert!(builds > 10, "{}: {builds} builds", variant.name);
+        // Now and then a list outgrows its room, or the queue of the thread pool takes another page.
+        assert!(calls < 12, "{}: {calls} allocations in {steps} steps with {builds} builds", variant.name);
+    }
+}
