@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use approx::assert_relative_eq;
 use common::{Noise, Variant, all_pairs, arc, free_or_periodic, melt, program, program_of_style, variants};
-use octant::engine::{Backend, FaultKind, Needs, Program, Sums};
+use octant::engine::{Backend, FaultKind, Needs, Precision, Program, Sums};
 use octant::neighbor::Search;
 use octant::pair::{PairStyle, StyleVisitor, styles, with_style};
 use octant::real::{Dual, Real};
@@ -138,6 +138,49 @@ fn units_of_any_size_give_the_same_forces() {
         for style in styles() {
             let program = program_of_style(&style, true, energy, length);
             compare_with_all_pairs(&format!("{} at {length}", style.name), &program, &scaled, &space);
+        }
+    }
+}
+
+#[test]
+fn a_list_that_is_never_built_anew_holds_however_far_particles_fly() {
+    // Two pairs fly apart; their partners stay in reach. Fixed-point coordinates go around many times meanwhile.
+    let space = free_or_periodic([0.0; 3], [400.0; 3], [false; 3]);
+    let mut state = State::default();
+    for (id, x, v) in [(1, 10.0, 0.0), (2, 11.2, 0.0), (3, 13.0, 90.0), (4, 14.15, 90.0)] {
+        state.push(id, 1, Vec3::new(x, 20.0, 20.0));
+        state.v[id as usize - 1] = Vec3::new(v, v / 2.0, v / 3.0);
+    }
+    for variant in variants() {
+        let mut program = program(&[2.5], 0.3, Search::Trimmed);
+        program.policy.once = true;
+        let mut backend = started(&variant, 1, program.clone(), &state, &space);
+        for _ in 0..40 {
+            let (now, _) = advanced(&mut *backend, 20);
+            let (f, ..) = all_pairs(&program.pair, &now, &space);
+            for (k, f) in f.iter().enumerate() {
+                // Far from its cell, single precision rounds a position to 1e-5.
+                let allowed = if variant.precision == Precision::Single { 0.05 } else { variant.tolerance.force };
+                assert!((now.f[k] - f).norm() <= allowed * f.norm().max(1.0), "{}: {} {f}", variant.name, now.f[k]);
+            }
+        }
+    }
+}
+
+#[test]
+fn cells_too_large_for_fixed_point_are_computed_in_double() {
+    // One cell of a million sigma, as brute force has it.
+    let (state, space) = melt(4);
+    let wide = SimulationBox::new(space.lo.add_scalar(-1.0), Vec3::repeat(1e6), space.sides);
+    for variant in variants() {
+        let program = program(&[2.5], 0.3, Search::Brute);
+        let backend = started(&variant, 2, program.clone(), &state, &wide);
+        let mut now = State::default();
+        backend.fetch(&mut now);
+        let (f, ..) = all_pairs(&program.pair, &now, &wide);
+        let rms = (f.iter().map(Vec3::norm_squared).sum::<f64>() / f.len() as f64).sqrt();
+        for (expected, got) in f.iter().zip(&now.f) {
+            assert!((got - expected).norm() <= 1e-6 * rms.max(expected.norm()), "{}", variant.name);
         }
     }
 }

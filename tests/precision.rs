@@ -72,6 +72,11 @@ fn forces_in_a_liquid_of_32_000() {
     let (state, space) = liquid(20);
     for variant in variants().into_iter().filter(|v| v.isa == Isa::detect()) {
         check("32 000", &variant, &state, &space);
+        let mut backend = variant.cpu(1);
+        backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &space, 0);
+        backend.set_up(Needs::default()).unwrap();
+        let each = backend.bytes() / state.len();
+        assert!(each < 1200, "{}: {each} bytes an atom", variant.name);
     }
 }
 

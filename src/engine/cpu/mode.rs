@@ -63,27 +63,41 @@ impl Slot for FixedSlot {
     #[inline(always)]
     fn pack<I: Simd, E: Element>(x: [&[E]; 3], origin: &[f64; 3], kinds: &[u32], quanta: f64, to: &mut [Self]) {
         let (count, lanes) = (to.len(), I::F64::COUNT);
-        let scale = I::F64::splat(quanta);
         let mut k = 0;
         while k + lanes <= count {
-            let axis = |a: usize| (E::lanes::<I::F64>(&x[a][k..]) + I::F64::splat(origin[a])) * scale;
-            I::F64::fixed_slots([axis(0), axis(1), axis(2)], &kinds[k..], &mut to[k..]);
+            let axes = [
+                quanta_of::<E, I::F64>(&x[0][k..], origin[0], quanta),
+                quanta_of::<E, I::F64>(&x[1][k..], origin[1], quanta),
+                quanta_of::<E, I::F64>(&x[2][k..], origin[2], quanta),
+            ];
+            I::F64::fixed_slots(axes, &kinds[k..], &mut to[k..]);
             k += lanes;
         }
         if k < count {
             // The last few by way of a full set of lanes.
             let rest = count - k;
-            let axis = |a: usize| {
-                let value = |l: usize| if l < rest { (x[a][k + l].double() + origin[a]) * quanta } else { 0.0 };
-                I::F64::from_fn(value)
-            };
+            let mut last = [[E::default(); 16]; 3];
+            for (last, x) in last.iter_mut().zip(x) {
+                last[..rest].copy_from_slice(&x[k..count]);
+            }
             let mut own_kinds = [0; 16];
             own_kinds[..rest].copy_from_slice(&kinds[k..count]);
             let mut slots = [[0; 4]; 16];
-            I::F64::fixed_slots([axis(0), axis(1), axis(2)], &own_kinds, &mut slots);
+            let axes = [
+                quanta_of::<E, I::F64>(&last[0], origin[0], quanta),
+                quanta_of::<E, I::F64>(&last[1], origin[1], quanta),
+                quanta_of::<E, I::F64>(&last[2], origin[2], quanta),
+            ];
+            I::F64::fixed_slots(axes, &own_kinds, &mut slots);
             to[k..].copy_from_slice(&slots[..rest]);
         }
     }
+}
+
+/// Coordinates in quanta.
+#[inline(always)]
+fn quanta_of<E: Element, L: Lanes>(x: &[E], origin: f64, quanta: f64) -> L {
+    (E::lanes::<L>(x) + L::constant(origin)) * L::constant(quanta)
 }
 
 impl Slot for DoubleSlot {

@@ -130,13 +130,12 @@ impl<M: Mode, I: Simd, F: FixStyle, const INITIAL: bool> Work for Apply<'_, '_, 
                 halves => Of::<M, I>::lookup(halves, &piece.kind[k..]),
             };
             let step = Step { dt, half_kick };
-            let before: [Of<M, I>; 3] = std::array::from_fn(|a| Lanes::load(&piece.x[a][k..]));
-            let mut motion = Motion {
-                x: before,
-                v: std::array::from_fn(|a| Lanes::load(&piece.v[a][k..])),
-                f: std::array::from_fn(|a| M::Force::lanes(&piece.f[a][k..])),
+            let was = Motion {
+                x: lanes_at::<M::Store, Of<M, I>>([&piece.x[0][k..], &piece.x[1][k..], &piece.x[2][k..]]),
+                v: lanes_at::<M::Store, Of<M, I>>([&piece.v[0][k..], &piece.v[1][k..], &piece.v[2][k..]]),
+                f: lanes_at::<M::Force, Of<M, I>>([&piece.f[0][k..], &piece.f[1][k..], &piece.f[2][k..]]),
             };
-            let was = motion;
+            let mut motion = was;
             if INITIAL {
                 F::initial(&mut motion, &step, parameters);
             } else {
@@ -157,8 +156,11 @@ impl<M: Mode, I: Simd, F: FixStyle, const INITIAL: bool> Work for Apply<'_, '_, 
                 motion.v[a].store(&mut piece.v[a][k..]);
             }
             if INITIAL {
-                let d: [Of<M, I>; 3] = std::array::from_fn(|a| motion.x[a] - before[a]);
-                let squared = d[2].mul_add(d[2], d[1].mul_add(d[1], d[0] * d[0]));
+                let mut squared = zero;
+                for a in 0..3 {
+                    let d = motion.x[a] - was.x[a];
+                    squared = d.mul_add(d, squared);
+                }
                 most = most.max(squared);
                 // Infinite and undefined numbers make this undefined for good.
                 poison = squared.mul_add(zero, poison);
@@ -170,6 +172,13 @@ impl<M: Mode, I: Simd, F: FixStyle, const INITIAL: bool> Work for Apply<'_, '_, 
         }
         if INITIAL && poison.sum().double() != 0.0 { f64::INFINITY } else { most.largest().double() }
     }
+}
+
+/// Three coordinates of as many particles as there are lanes. (No closure: it might not be inlined, and then would be compiled
+/// without the instruction set.)
+#[inline(always)]
+fn lanes_at<E: Element, L: Lanes>(axes: [&[E]; 3]) -> [L; 3] {
+    [E::lanes(axes[0]), E::lanes(axes[1]), E::lanes(axes[2])]
 }
 
 /// Sum of m v_a v_b in mass times velocity squared: xx, yy, zz, xy, xz, yz.
