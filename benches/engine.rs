@@ -51,9 +51,12 @@ fn engine(c: &mut Criterion) {
             backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &simulation_box, 0);
             backend.set_up(Needs::default()).expect("a liquid has finite forces");
             let stop = AtomicBool::new(false);
-            group.bench_function(BenchmarkId::new(format!("{}, {threads} threads", precision.name()), state.len()), |b| {
-                b.iter(|| backend.advance(20, Needs::default(), &stop).expect("a liquid runs"));
-            });
+            group.bench_function(
+                BenchmarkId::new(format!("{}, {threads} threads", precision.name()), state.len()),
+                |b| {
+                    b.iter(|| backend.advance(20, Needs::default(), &stop).expect("a liquid runs"));
+                },
+            );
         }
         group.finish();
     }

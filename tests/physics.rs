@@ -24,12 +24,16 @@ fn started(
 ) -> Box<dyn Backend> {
     let mut backend = variant.backend(threads);
     backend.load(arc(program), state, space, 0);
-    backend.set_up(ALL).unwrap();
+    if let Err(fault) = backend.set_up(ALL) {
+        panic!("{}: {fault}", variant.name);
+    }
     backend
 }
 
 fn advanced(backend: &mut dyn Backend, steps: u64) -> (State, Sums) {
-    backend.advance(steps, ALL, &AtomicBool::new(false)).unwrap();
+    if let Err(fault) = backend.advance(steps, ALL, &AtomicBool::new(false)) {
+        panic!("{fault}");
+    }
     let mut state = State::default();
     backend.fetch(&mut state);
     (state, backend.sums())

@@ -90,7 +90,7 @@ impl<M: Mode> Moving<M> {
         let (lo, hi) = (simulation_box.lo, simulation_box.hi);
         let copy = |first: usize, (to, (at, v)): (Columns<'_, M>, (&mut [Vec3], &mut [Vec3]))| {
             let ((x, u), built) = to;
-            for_frames(frames, first, at.len(), |from, end, frame| {
+            for (from, end, frame) in parts_of(frames, first, at.len()) {
                 for k in from..end {
                     for axis in 0..3 {
                         let origin = frame.origin[axis];
@@ -103,7 +103,7 @@ impl<M: Mode> Moving<M> {
                         u[axis][k] = M::Store::of(v[k][axis]);
                     }
                 }
-            });
+            }
         };
         let n = self.len;
         let columns = (
@@ -126,14 +126,14 @@ impl<M: Mode> Moving<M> {
     /// Writes positions and velocities over those of particles in the same order.
     pub fn copy_to(&self, to: &mut Particles) {
         let copy = |first: usize, (x, v): (&mut [Vec3], &mut [Vec3])| {
-            for_frames(&self.frames, first, x.len(), |from, end, frame| {
+            for (from, end, frame) in parts_of(&self.frames, first, x.len()) {
                 for k in from..end {
                     for axis in 0..3 {
                         x[k][axis] = self.x[axis][first + k].double() + frame.origin[axis];
                         v[k][axis] = self.v[axis][first + k].double();
                     }
                 }
-            });
+            }
         };
         parallel::each((&mut to.x[..], &mut to.v[..]), PIECE, &copy, &|(), ()| ());
     }
@@ -172,14 +172,12 @@ type Columns<'a, M> =
     (([&'a mut [<M as Mode>::Store]; 3], [&'a mut [<M as Mode>::Store]; 3]), [&'a mut [<M as Mode>::Store]; 3]);
 type Places<'a, M> = ([&'a [<M as Mode>::Store]; 3], &'a [u32]);
 
-/// Calls `look(from, end, frame)` for each frame's part of `count` particles from `first`; places count from `first`.
+/// Each frame's part of `count` particles from `first`: from, end (counted from `first`), frame.
 #[inline(always)]
-pub fn for_frames(frames: &[Frame], first: usize, count: usize, mut look: impl FnMut(usize, usize, &Frame)) {
-    let mut k = frames.partition_point(|frame| frame.end <= first);
-    while let Some(frame) = frames.get(k).filter(|frame| frame.first < first + count) {
-        look(frame.first.max(first) - first, frame.end.min(first + count) - first, frame);
-        k += 1;
-    }
+pub fn parts_of(frames: &[Frame], first: usize, count: usize) -> impl Iterator<Item = (usize, usize, &Frame)> {
+    let begin = frames.partition_point(|frame| frame.end <= first);
+    let inside = frames[begin..].iter().take_while(move |frame| frame.first < first + count);
+    inside.map(move |frame| (frame.first.max(first) - first, frame.end.min(first + count) - first, frame))
 }
 
 /// What is kept of a coordinate x in the box: rounding must put it neither below the lower side nor at or beyond the upper.
@@ -207,10 +205,10 @@ impl<M: Mode, S: Slot> Pack<'_, M, S> {
     pub fn run<I: Simd>(self) {
         let Pack { first, x, kinds, frames, quanta, to } = self;
         let count = to.len();
-        for_frames(frames, first, count, |from, end, frame| {
-            let x = x.map(|axis| &axis[from..end]);
+        for (from, end, frame) in parts_of(frames, first, count) {
+            let x = [&x[0][from..end], &x[1][from..end], &x[2][from..end]];
             S::pack::<I, M::Store>(x, &frame.origin, &kinds[from..end], quanta, &mut to[from..end]);
-        });
+        }
     }
 }
 

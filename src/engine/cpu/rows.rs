@@ -151,7 +151,8 @@ impl<M: Mode, S: PairStyle, T: Truncation, I: Simd> Rows<'_, M, S, T, I> {
     #[inline(always)]
     fn part<const TYPES: u8, const SUMS: bool>(&mut self, part: &Part, further: bool, sums: &mut PairSums) {
         let kernel = self.kernel;
-        let lanes = Of::<M, I>::COUNT;
+        // Of the mode that the list was built for, which may have more than this kernel.
+        let lanes = self.task.list.lanes;
         // Length units of a slot's unit.
         let unit = if M::Slot::FIXED { 1.0 / self.task.quanta } else { 1.0 };
         let force_unit = unit * kernel.energy / kernel.length.powi(2);

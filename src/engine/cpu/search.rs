@@ -56,6 +56,8 @@ struct Bounds {
 pub struct BuildScratch {
     pub runs: Vec<Run>,
     groups: Vec<Group>,
+    /// First slot of each group; one more entry closes the last. A group's slots are of one octant where groups are bounded.
+    firsts: Vec<u32>,
     /// Low and high corner of each group.
     corners: Vec<[[i32; 3]; 2]>,
     /// The lanes of each group that a unit looks into.
@@ -69,39 +71,68 @@ impl BuildScratch {
     pub fn bytes(&self) -> usize {
         self.runs.capacity() * size_of::<Run>()
             + self.groups.capacity() * size_of::<Group>()
+            + self.firsts.capacity() * 4
             + self.corners.capacity() * size_of::<[[i32; 3]; 2]>()
             + self.wanted.capacity() * 2
             + self.near.capacity() * size_of::<(u16, u16)>()
             + self.bounds.capacity() * size_of::<Bounds>()
     }
 
+    /// Cuts a tile into groups of even size. `runs` holds its octants if it is all of them.
+    fn divide(&mut self, part: &Part) {
+        self.firsts.clear();
+        let mut slot = 0;
+        let whole = self.runs.iter().map(|run| run.end - run.start).sum::<u32>() == part.slots;
+        for run in self.runs.iter().filter(|_| whole) {
+            let (length, pieces) = (run.end - run.start, (run.end - run.start).div_ceil(GROUP as u32));
+            self.firsts.extend((0..pieces).map(|piece| slot + length * piece / pieces));
+            slot += length;
+        }
+        while slot < part.slots {
+            self.firsts.push(slot);
+            slot += (GROUP as u32).min(part.slots - slot);
+        }
+        self.firsts.push(slot);
+    }
+
     /// Copies a tile, and bounds its groups.
     #[inline(always)]
     fn load(&mut self, part: &Part, first: &FixedSlot, sorted: &Sorted<'_>, membership: &Membership) {
-        let count = (part.slots as usize).div_ceil(GROUP);
+        let count = self.firsts.len() - 1;
         self.groups.resize(count, Group::default());
         self.corners.clear();
         self.corners.resize(count, [[i32::MAX; 3], [i32::MIN; 3]]);
+        let mut at = 0;
         for TileRun { run, slot } in &part.runs {
             let shift = Shift::new(run.image, &membership.lengths, membership.quanta).fixed;
             let offset: [i32; 3] = std::array::from_fn(|a| shift[a].wrapping_sub(first[a]));
-            let particles = &sorted.fixed[run.start as usize..run.end as usize];
-            for (at, from) in (*slot as usize..).zip(particles) {
-                let (group, corners) = (&mut self.groups[at / GROUP], &mut self.corners[at / GROUP]);
+            let mut particles = &sorted.fixed[run.start as usize..run.end as usize];
+            let mut slot = *slot;
+            while !particles.is_empty() {
+                at += usize::from(slot >= self.firsts[at + 1]);
+                let taken = ((self.firsts[at + 1] - slot) as usize).min(particles.len());
+                let lane = (slot - self.firsts[at]) as usize;
+                let (now, later) = particles.split_at(taken);
+                let (group, [low, high]) = (&mut self.groups[at], &mut self.corners[at]);
                 for a in 0..3 {
-                    let x = from[a].wrapping_add(offset[a]);
-                    group.x[a][at % GROUP] = x;
-                    corners[0][a] = corners[0][a].min(x);
-                    corners[1][a] = corners[1][a].max(x);
+                    for (to, from) in group.x[a][lane..][..taken].iter_mut().zip(now) {
+                        *to = from[a].wrapping_add(offset[a]);
+                        low[a] = low[a].min(*to);
+                        high[a] = high[a].max(*to);
+                    }
                 }
-                group.kinds[at % GROUP] = from[3] as u32;
+                for (to, from) in group.kinds[lane..][..taken].iter_mut().zip(now) {
+                    *to = from[3] as u32;
+                }
+                slot += taken as u32;
+                particles = later;
             }
         }
     }
 
     /// Lists the groups within reach of any of the particles `own` (their bounds, quanta from the block's first), all lanes.
     #[inline(always)]
-    fn choose_near(&mut self, part: &Part, own: [[i32; 3]; 2], reach: f32) {
+    fn choose_near(&mut self, own: [[i32; 3]; 2], reach: f32) {
         self.near.clear();
         self.bounds.clear();
         for group in 0..self.corners.len() {
@@ -112,14 +143,14 @@ impl BuildScratch {
                 squared += gap * gap;
             }
             if squared <= reach {
-                let taken = (part.slots as usize - group * GROUP).min(GROUP);
-                self.push(group, u16::MAX >> (GROUP - taken));
+                let taken = self.firsts[group + 1] - self.firsts[group];
+                self.push(group, u16::MAX >> (GROUP as u32 - taken));
             }
         }
         self.near.resize(self.bounds.len() * GROUP, (0, 0));
     }
 
-    /// Lists the groups that hold slots of `runs`, with their lanes.
+    /// Lists the groups (aligned ones of full size) that hold slots of `runs`, with their lanes.
     #[inline(always)]
     fn choose(&mut self, part: &Part) {
         self.wanted.clear();
@@ -169,11 +200,15 @@ impl Fill<'_> {
         let mut tests = 0;
         let (parts, units) = block.parts_mut();
         for part in parts {
+            if !sorted.grid.compact {
+                scratch.runs.clear();
+            }
+            scratch.divide(part);
             scratch.load(part, &first, &sorted, membership);
             for unit in units {
                 if sorted.grid.compact {
                     let own = bounds_of(&sorted.fixed[unit.first as usize..unit.end as usize], &first);
-                    scratch.choose_near(part, own, membership.reach);
+                    scratch.choose_near(own, membership.reach);
                 } else {
                     let cell = sorted.grid.unhash(sorted.cells.hash(unit.cell));
                     scratch.runs.clear();
@@ -240,7 +275,7 @@ impl Rows<'_> {
                 while reached != 0 {
                     let (group, wanted) = near[reached.trailing_zeros() as usize];
                     reached &= reached - 1;
-                    let base = group as usize * GROUP;
+                    let base = scratch.firsts[group as usize] as usize;
                     tests += u64::from(wanted.count_ones());
                     let (mut inside, outside) = search.bits(&scratch.groups[group as usize]);
                     let own_bit = if own_slot.wrapping_sub(base) < GROUP { 1 << (own_slot - base) } else { 0 };

@@ -35,7 +35,12 @@ impl PairStyle for Style {
 
     #[inline(always)]
     fn map<A: Real, B: Real>(p: &Params<A>, mut convert: impl Convert<A, B>) -> Params<B> {
-        Params { depth: convert.convert(p.depth), alpha: convert.convert(p.alpha), r0: convert.convert(p.r0), slope: convert.convert(p.slope) }
+        Params {
+            depth: convert.convert(p.depth),
+            alpha: convert.convert(p.alpha),
+            r0: convert.convert(p.r0),
+            slope: convert.convert(p.slope),
+        }
     }
 
     #[inline(always)]
