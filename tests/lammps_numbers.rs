@@ -104,3 +104,68 @@ fn atoms_leave_and_runs_go_on_as_in_lammps() {
     let last = dump.rsplit("ITEM: ATOMS id").next().unwrap();
     assert_eq!(last.split_whitespace().collect::<Vec<_>>().join(" "), LOST_IDS);
 }
+
+/// A crystal of two metals, all pairs set.
+const MORSE: &str = "\
+units metal
+lattice fcc 3.615 origin 0.1 0.2 0.3
+region b block 0 4 0 4 0 4
+create_box 2 b
+create_atoms 1 box basis 1 2
+mass 1 63.546
+mass 2 107.87
+velocity all create 1800 4711 loop geom
+pair_style morse 5.5
+pair_modify shift yes
+pair_coeff 1 1 0.3429 1.3588 2.866
+pair_coeff 1 2 0.3376 1.3638 2.99 5.2
+pair_coeff 2 2 0.3323 1.3690 3.115 5.4
+fix 1 all nve
+thermo_style custom step temp pe ke press
+thermo 50
+run 100
+";
+
+const MORSE_ROWS: [&str; 4] = [
+    "0 1800 -586.65217 59.330407 322563.63",
+    "50 829.13377 -554.64003 27.329357 338205.91",
+    "100 1032.7481 -561.34928 34.04076 335152.94",
+    "Total # of neighbors = 17920",
+];
+
+/// Screened charges, the unlike pair by mixing.
+const YUKAWA: &str = "\
+units lj
+lattice bcc 0.4
+region b block 0 5 0 5 0 5
+create_box 2 b
+create_atoms 1 box basis 2 2
+mass 1 1.0
+mass 2 2.5
+velocity all create 1.0 4711 loop geom
+pair_style yukawa 1.2 3.5
+pair_modify mix sixthpower
+pair_coeff 1 1 40.0
+pair_coeff 2 2 90.0 3.0
+fix 1 all nve
+timestep 0.002
+thermo_style custom step temp pe ke press
+thermo 50
+run 100
+";
+
+const YUKAWA_ROWS: [&str; 4] = [
+    "0 1 62.169981 1.494 27.800293",
+    "50 0.67660358 62.018478 1.0108458 27.373945",
+    "100 0.42780603 62.266298 0.63914221 27.254166",
+    "Total # of neighbors = 8802",
+];
+
+#[test]
+fn other_styles_print_what_lammps_prints() {
+    let folder = Folder::new("styles");
+    for (script, rows) in [(MORSE, MORSE_ROWS), (YUKAWA, YUKAWA_ROWS)] {
+        folder.write("a.in", script);
+        assert_eq!(compared(&folder.says("run a.in --precision double"))[..4], rows);
+    }
+}

@@ -7,7 +7,7 @@ use super::force::{PairKernel, PairSums, PairTask, pair_kernel};
 use super::list::{List, Sorted};
 use super::membership::Membership;
 use super::mode::{Double, Mode, Slot};
-use super::motion::{FixKernel, Kicks, Piece, fix_kernel};
+use super::motion::{FixKernel, Kicks, Piece, displacement, fix_kernel};
 use super::moving::{Frame, Moving, PIECE, Pack};
 use super::particles::Particles;
 use super::scratch::{Pool, Tiles};
@@ -236,7 +236,7 @@ impl<M: Mode> Engine<M> {
     fn is_out_of_range(&mut self) -> bool {
         let radius = self.neighbor_cutoffs.iter().copied().fold(0.0, f64::max);
         if !self.too_coarse && self.travel > radius {
-            self.travel = self.moving.displacement().sqrt();
+            self.travel = displacement(&self.moving, self.isa).sqrt();
         }
         self.too_coarse || self.travel > radius
     }
@@ -300,7 +300,7 @@ impl<M: Mode> Engine<M> {
         if self.travel < slack * trigger.sqrt() {
             return false;
         }
-        let squared = self.moving.displacement();
+        let squared = displacement(&self.moving, self.isa);
         self.travel = squared.sqrt();
         squared > trigger
     }

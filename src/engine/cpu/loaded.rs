@@ -108,7 +108,7 @@ impl<M: Mode> Loaded for Engine<M> {
 
     fn sums(&self) -> Sums {
         Sums {
-            kinetic: kinetic_sums(&self.moving, &self.program.masses),
+            kinetic: kinetic_sums(&self.moving, &self.program.masses, self.isa),
             potential: self.pair_sums.energy,
             virial: self.pair_sums.virial,
         }

@@ -142,30 +142,6 @@ impl<M: Mode> Moving<M> {
     pub fn force(&self, k: usize) -> Vec3 {
         Vec3::from(std::array::from_fn(|axis| self.f[axis][k].double()))
     }
-
-    /// Largest squared displacement since the last build, length units squared; infinite where a position is no number.
-    pub fn displacement(&self) -> f64 {
-        type Pair<'a, T> = ([&'a [T]; 3], [&'a [T]; 3]);
-        let largest = |_: usize, (now, then): Pair<'_, M::Store>| {
-            let mut most = 0.0f64;
-            for k in 0..now[0].len() {
-                let [x, y, z] = std::array::from_fn(|a| now[a][k].double() - then[a][k].double());
-                let squared = x * x + y * y + z * z;
-                // A position that is no number calls for a build, which finds it.
-                most = if squared <= most {
-                    most
-                } else if squared.is_nan() {
-                    f64::INFINITY
-                } else {
-                    squared
-                };
-            }
-            most
-        };
-        let n = self.len;
-        let pieces = (self.x.each_ref().map(|a| &a[..n]), self.built.each_ref().map(|a| &a[..n]));
-        parallel::each(pieces, PIECE, &largest, &f64::max)
-    }
 }
 
 type Columns<'a, M> =
