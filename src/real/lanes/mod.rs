@@ -10,6 +10,8 @@ mod avx2;
 mod avx512;
 mod exp;
 mod portable;
+#[cfg(target_arch = "x86_64")]
+mod vector;
 
 use std::fmt;
 

@@ -9,6 +9,7 @@ mod slots;
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use super::vector::vector_lanes;
 use super::{Lanes, Simd, Work};
 use crate::real::Real;
 
@@ -47,206 +48,95 @@ pub struct F32(__m256);
 #[derive(Clone, Copy)]
 pub struct F64(__m256d);
 
-macro_rules! lanes {
-    ($name:ident, $t:ident, $count:literal, $mask:ident, $set1:ident, $load:ident, $store:ident, $add:ident, $sub:ident,
-     $mul:ident, $div:ident, $sqrt:ident, $fmadd:ident, $cmp:ident, $blend:ident, $round:ident, $max:ident, $min:ident,
-     $movemask:ident) => {
-        impl Add for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn add(self, b: Self) -> Self {
-                unsafe { Self($add(self.0, b.0)) }
-            }
-        }
-        impl Sub for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn sub(self, b: Self) -> Self {
-                unsafe { Self($sub(self.0, b.0)) }
-            }
-        }
-        impl Mul for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn mul(self, b: Self) -> Self {
-                unsafe { Self($mul(self.0, b.0)) }
-            }
-        }
-        impl Div for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn div(self, b: Self) -> Self {
-                unsafe { Self($div(self.0, b.0)) }
-            }
-        }
-        impl Neg for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn neg(self) -> Self {
-                Self::constant(-0.0) - self
-            }
-        }
+vector_lanes!(
+    F32: f32 x 8, mask __m256, saturates false, set _mm256_set1_ps, load _mm256_loadu_ps, store _mm256_storeu_ps, add _mm256_add_ps,
+    sub _mm256_sub_ps, mul _mm256_mul_ps, div _mm256_div_ps, sqrt _mm256_sqrt_ps, fmadd _mm256_fmadd_ps, compare _mm256_cmp_ps, max _mm256_max_ps, min _mm256_min_ps
+);
+vector_lanes!(
+    F64: f64 x 4, mask __m256d, saturates false, set _mm256_set1_pd, load _mm256_loadu_pd, store _mm256_storeu_pd, add _mm256_add_pd,
+    sub _mm256_sub_pd, mul _mm256_mul_pd, div _mm256_div_pd, sqrt _mm256_sqrt_pd, fmadd _mm256_fmadd_pd, compare _mm256_cmp_pd, max _mm256_max_pd, min _mm256_min_pd
+);
 
-        impl Real for $name {
-            type Mask = $mask;
-            #[inline(always)]
-            fn constant(value: f64) -> Self {
-                Self::splat(value as $t)
-            }
-            #[inline(always)]
-            fn sqrt(self) -> Self {
-                unsafe { Self($sqrt(self.0)) }
-            }
-            #[inline(always)]
-            fn exp(self) -> Self {
-                super::exp::exp(self)
-            }
-            #[inline(always)]
-            fn ln(self) -> Self {
-                super::exp::ln(self)
-            }
-            #[inline(always)]
-            fn less(self, other: Self) -> $mask {
-                unsafe { $cmp::<_CMP_LT_OQ>(self.0, other.0) }
-            }
-            #[inline(always)]
-            fn select(mask: $mask, yes: Self, no: Self) -> Self {
-                unsafe { Self($blend(no.0, yes.0, mask)) }
-            }
-            #[inline(always)]
-            fn recip(self) -> Self {
-                estimate::recip::$t(self)
-            }
-            #[inline(always)]
-            fn rsqrt(self) -> Self {
-                estimate::rsqrt::$t(self)
-            }
-            #[inline(always)]
-            fn mul_add(self, a: Self, b: Self) -> Self {
-                unsafe { Self($fmadd(self.0, a.0, b.0)) }
-            }
-        }
-
-        impl Lanes for $name {
-            type Element = $t;
-            const COUNT: usize = $count;
-            const SATURATES: bool = false;
-            #[inline(always)]
-            fn from_fn(value: impl FnMut(usize) -> $t) -> Self {
-                let values: [$t; $count] = std::array::from_fn(value);
-                Self::load(&values)
-            }
-            #[inline(always)]
-            fn splat(value: $t) -> Self {
-                unsafe { Self($set1(value)) }
-            }
-            #[inline(always)]
-            fn load(from: &[$t]) -> Self {
-                let from = &from[..$count];
-                unsafe { Self($load(from.as_ptr())) }
-            }
-            #[inline(always)]
-            fn load_single(from: &[f32]) -> Self {
-                load_single::$t(&from[..$count])
-            }
-            #[inline(always)]
-            fn load_double(from: &[f64]) -> Self {
-                load_double::$t(&from[..$count])
-            }
-            #[inline(always)]
-            fn store(self, to: &mut [$t]) {
-                let to = &mut to[..$count];
-                unsafe { $store(to.as_mut_ptr(), self.0) }
-            }
-            #[inline(always)]
-            fn round(self) -> Self {
-                unsafe { Self($round::<{ _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC }>(self.0)) }
-            }
-            #[inline(always)]
-            fn times_power_of_two(self, n: Self) -> Self {
-                // One factor of two goes to the other number, so that results near the largest come out.
-                (self + self) * power_of_two::$t(n)
-            }
-            #[inline(always)]
-            fn max(self, other: Self) -> Self {
-                unsafe { Self($max(self.0, other.0)) }
-            }
-            #[inline(always)]
-            fn min(self, other: Self) -> Self {
-                unsafe { Self($min(self.0, other.0)) }
-            }
-            #[inline(always)]
-            fn sum(self) -> $t {
-                fold::$t(self, |a, b| a + b)
-            }
-            #[inline(always)]
-            fn sums(three: [Self; 3]) -> [$t; 3] {
-                sums::$t(three)
-            }
-            #[inline(always)]
-            fn largest(self) -> $t {
-                fold::$t(self, |a, b| if a > b { a } else { b })
-            }
-            #[inline(always)]
-            fn lookup(column: &[$t], index: &[u32]) -> Self {
-                lookup::$t(column, index)
-            }
-            #[inline(always)]
-            fn bits(mask: $mask) -> u32 {
-                unsafe { $movemask(mask) as u32 }
-            }
-            #[inline(always)]
-            fn mask(bits: u32) -> $mask {
-                let all = |k: usize| if bits >> k & 1 == 1 { -1.0 } else { 0.0 };
-                // The sign decides in every use of a mask.
-                Self::from_fn(all).0
-            }
-        }
-    };
+/// Choices, named by the type of the lanes.
+mod select {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(mask: __m256, yes: F32, no: F32) -> F32 {
+        unsafe { F32(_mm256_blendv_ps(no.0, yes.0, mask)) }
+    }
+    #[inline(always)]
+    pub fn f64(mask: __m256d, yes: F64, no: F64) -> F64 {
+        unsafe { F64(_mm256_blendv_pd(no.0, yes.0, mask)) }
+    }
 }
 
-lanes!(
-    F32,
-    f32,
-    8,
-    __m256,
-    _mm256_set1_ps,
-    _mm256_loadu_ps,
-    _mm256_storeu_ps,
-    _mm256_add_ps,
-    _mm256_sub_ps,
-    _mm256_mul_ps,
-    _mm256_div_ps,
-    _mm256_sqrt_ps,
-    _mm256_fmadd_ps,
-    _mm256_cmp_ps,
-    _mm256_blendv_ps,
-    _mm256_round_ps,
-    _mm256_max_ps,
-    _mm256_min_ps,
-    _mm256_movemask_ps
-);
-lanes!(
-    F64,
-    f64,
-    4,
-    __m256d,
-    _mm256_set1_pd,
-    _mm256_loadu_pd,
-    _mm256_storeu_pd,
-    _mm256_add_pd,
-    _mm256_sub_pd,
-    _mm256_mul_pd,
-    _mm256_div_pd,
-    _mm256_sqrt_pd,
-    _mm256_fmadd_pd,
-    _mm256_cmp_pd,
-    _mm256_blendv_pd,
-    _mm256_round_pd,
-    _mm256_max_pd,
-    _mm256_min_pd,
-    _mm256_movemask_pd
-);
+/// To the nearest, without exceptions.
+const NEAREST: i32 = _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC;
+
+/// Nearest whole numbers, named by the type of the lanes.
+mod round {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(x: F32) -> F32 {
+        unsafe { F32(_mm256_round_ps::<NEAREST>(x.0)) }
+    }
+    #[inline(always)]
+    pub fn f64(x: F64) -> F64 {
+        unsafe { F64(_mm256_round_pd::<NEAREST>(x.0)) }
+    }
+}
+
+/// A bit a lane, named by the type of the lanes.
+mod bits {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(mask: __m256) -> u32 {
+        unsafe { _mm256_movemask_ps(mask) as u32 }
+    }
+    #[inline(always)]
+    pub fn f64(mask: __m256d) -> u32 {
+        unsafe { _mm256_movemask_pd(mask) as u32 }
+    }
+}
+
+/// Masks from bits, named by the type of the lanes. The sign decides in every use of a mask.
+mod mask {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(bits: u32) -> __m256 {
+        F32::from_fn(|k| if bits >> k & 1 == 1 { -1.0 } else { 0.0 }).0
+    }
+    #[inline(always)]
+    pub fn f64(bits: u32) -> __m256d {
+        F64::from_fn(|k| if bits >> k & 1 == 1 { -1.0 } else { 0.0 }).0
+    }
+}
+
+/// Sums of all lanes, named by the type of the lanes.
+mod sum {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(x: F32) -> f32 {
+        fold::f32(x, |a, b| a + b)
+    }
+    #[inline(always)]
+    pub fn f64(x: F64) -> f64 {
+        fold::f64(x, |a, b| a + b)
+    }
+}
+
+/// The largest lane, named by the type of the lanes.
+mod largest {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(x: F32) -> f32 {
+        fold::f32(x, f32::max)
+    }
+    #[inline(always)]
+    pub fn f64(x: F64) -> f64 {
+        fold::f64(x, f64::max)
+    }
+}
 
 /// Sums of the lanes of three registers, side by side.
 #[inline(always)]
@@ -304,38 +194,50 @@ mod sums {
     }
 }
 
-/// Reciprocals, named by the type of the lanes.
-mod estimate {
+/// Reciprocals, named by the type of the lanes: for f32 an estimate of 12 bits and a Newton step.
+mod recip {
     use super::*;
-    /// For f32 an estimate of 12 bits and a Newton step.
-    pub mod recip {
-        use super::*;
-        #[inline(always)]
-        pub fn f32(x: F32) -> F32 {
-            unsafe {
-                let y = _mm256_rcp_ps(x.0);
-                F32(_mm256_mul_ps(y, _mm256_fnmadd_ps(x.0, y, _mm256_set1_ps(2.0))))
-            }
-        }
-        #[inline(always)]
-        pub fn f64(x: F64) -> F64 {
-            F64::constant(1.0) / x
+    #[inline(always)]
+    pub fn f32(x: F32) -> F32 {
+        unsafe {
+            let y = _mm256_rcp_ps(x.0);
+            F32(_mm256_mul_ps(y, _mm256_fnmadd_ps(x.0, y, _mm256_set1_ps(2.0))))
         }
     }
-    pub mod rsqrt {
-        use super::*;
-        #[inline(always)]
-        pub fn f32(x: F32) -> F32 {
-            unsafe {
-                let y = _mm256_rsqrt_ps(x.0);
-                let h = _mm256_mul_ps(_mm256_mul_ps(x.0, _mm256_set1_ps(0.5)), y);
-                F32(_mm256_mul_ps(y, _mm256_fnmadd_ps(h, y, _mm256_set1_ps(1.5))))
-            }
+    #[inline(always)]
+    pub fn f64(x: F64) -> F64 {
+        F64::constant(1.0) / x
+    }
+}
+
+/// Reciprocal square roots, named by the type of the lanes: for f32 an estimate of 12 bits and a Newton step.
+mod rsqrt {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(x: F32) -> F32 {
+        unsafe {
+            let y = _mm256_rsqrt_ps(x.0);
+            let h = _mm256_mul_ps(_mm256_mul_ps(x.0, _mm256_set1_ps(0.5)), y);
+            F32(_mm256_mul_ps(y, _mm256_fnmadd_ps(h, y, _mm256_set1_ps(1.5))))
         }
-        #[inline(always)]
-        pub fn f64(x: F64) -> F64 {
-            F64::constant(1.0) / x.sqrt()
-        }
+    }
+    #[inline(always)]
+    pub fn f64(x: F64) -> F64 {
+        F64::constant(1.0) / x.sqrt()
+    }
+}
+
+/// Times 2^n, named by the type of the lanes. One factor of two goes to the other number, so that results near the largest come
+/// out.
+mod times_power_of_two {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(x: F32, n: F32) -> F32 {
+        (x + x) * power_of_two::f32(n)
+    }
+    #[inline(always)]
+    pub fn f64(x: F64, n: F64) -> F64 {
+        (x + x) * power_of_two::f64(n)
     }
 }
 

@@ -1,14 +1,15 @@
 //! AVX-512: 16 single or 8 double precision lanes.
 //!
-//! Safety of every block here: the intrinsics need AVX-512 F, VL, DQ and BW (and AVX2, FMA and the bit instructions, which come with them). Lanes
-//! are only made by work that [`Avx512::vectorize`] runs, and an [`Avx512`] only exists where detection found all of them.
-//! Loads and stores go through slices whose length is checked, or through references.
+//! Safety of every block here: the intrinsics need AVX-512 F, VL, DQ and BW (and AVX2, FMA and the bit instructions, which
+//! come with them). Lanes are only made by work that [`Avx512::vectorize`] runs, and an [`Avx512`] only exists where detection
+//! found all of them. Loads and stores go through slices whose length is checked, or through references.
 
 mod slots;
 
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use super::vector::vector_lanes;
 use super::{Lanes, Simd, Work};
 use crate::real::Real;
 
@@ -51,225 +52,129 @@ pub struct F32(__m512);
 #[derive(Clone, Copy)]
 pub struct F64(__m512d);
 
-macro_rules! lanes {
-    ($name:ident, $t:ident, $count:literal, $mask:ident, $set1:ident, $load:ident, $store:ident, $add:ident, $sub:ident,
-     $mul:ident, $div:ident, $sqrt:ident, $fmadd:ident, $cmp:ident, $blend:ident, $round:ident, $scale:ident, $max:ident, $min:ident,
-     $rsqrt:ident, $fnmadd:ident, $steps:literal, $sum:ident, $largest:ident) => {
-        impl Add for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn add(self, b: Self) -> Self {
-                unsafe { Self($add(self.0, b.0)) }
-            }
-        }
-        impl Sub for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn sub(self, b: Self) -> Self {
-                unsafe { Self($sub(self.0, b.0)) }
-            }
-        }
-        impl Mul for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn mul(self, b: Self) -> Self {
-                unsafe { Self($mul(self.0, b.0)) }
-            }
-        }
-        impl Div for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn div(self, b: Self) -> Self {
-                unsafe { Self($div(self.0, b.0)) }
-            }
-        }
-        impl Neg for $name {
-            type Output = Self;
-            #[inline(always)]
-            fn neg(self) -> Self {
-                Self::constant(-0.0) - self
-            }
-        }
+vector_lanes!(
+    F32: f32 x 16, mask __mmask16, saturates true, set _mm512_set1_ps, load _mm512_loadu_ps, store _mm512_storeu_ps, add _mm512_add_ps,
+    sub _mm512_sub_ps, mul _mm512_mul_ps, div _mm512_div_ps, sqrt _mm512_sqrt_ps, fmadd _mm512_fmadd_ps, compare _mm512_cmp_ps_mask, max _mm512_max_ps, min _mm512_min_ps
+);
+vector_lanes!(
+    F64: f64 x 8, mask __mmask8, saturates true, set _mm512_set1_pd, load _mm512_loadu_pd, store _mm512_storeu_pd, add _mm512_add_pd,
+    sub _mm512_sub_pd, mul _mm512_mul_pd, div _mm512_div_pd, sqrt _mm512_sqrt_pd, fmadd _mm512_fmadd_pd, compare _mm512_cmp_pd_mask, max _mm512_max_pd, min _mm512_min_pd
+);
 
-        impl Real for $name {
-            type Mask = $mask;
-            #[inline(always)]
-            fn constant(value: f64) -> Self {
-                Self::splat(value as $t)
-            }
-            #[inline(always)]
-            fn sqrt(self) -> Self {
-                unsafe { Self($sqrt(self.0)) }
-            }
-            #[inline(always)]
-            fn exp(self) -> Self {
-                super::exp::exp(self)
-            }
-            #[inline(always)]
-            fn ln(self) -> Self {
-                super::exp::ln(self)
-            }
-            #[inline(always)]
-            fn less(self, other: Self) -> $mask {
-                unsafe { $cmp::<_CMP_LT_OQ>(self.0, other.0) }
-            }
-            #[inline(always)]
-            fn select(mask: $mask, yes: Self, no: Self) -> Self {
-                unsafe { Self($blend(mask, no.0, yes.0)) }
-            }
-            #[inline(always)]
-            fn recip(self) -> Self {
-                estimate::$t(self)
-            }
-            /// An estimate of 14 bits, doubled by each Newton step.
-            #[inline(always)]
-            fn rsqrt(self) -> Self {
-                let (half, three_halves) = (Self::constant(0.5), Self::constant(1.5));
-                unsafe {
-                    let mut y = $rsqrt(self.0);
-                    let h = $mul(self.0, half.0);
-                    for _ in 0..$steps {
-                        y = $mul(y, $fnmadd($mul(h, y), y, three_halves.0));
-                    }
-                    Self(y)
-                }
-            }
-            #[inline(always)]
-            fn mul_add(self, a: Self, b: Self) -> Self {
-                unsafe { Self($fmadd(self.0, a.0, b.0)) }
-            }
-        }
-
-        impl Lanes for $name {
-            type Element = $t;
-            const COUNT: usize = $count;
-            const SATURATES: bool = true;
-            #[inline(always)]
-            fn from_fn(value: impl FnMut(usize) -> $t) -> Self {
-                let values: [$t; $count] = std::array::from_fn(value);
-                Self::load(&values)
-            }
-            #[inline(always)]
-            fn splat(value: $t) -> Self {
-                unsafe { Self($set1(value)) }
-            }
-            #[inline(always)]
-            fn load(from: &[$t]) -> Self {
-                let from = &from[..$count];
-                unsafe { Self($load(from.as_ptr())) }
-            }
-            #[inline(always)]
-            fn load_single(from: &[f32]) -> Self {
-                load_single::$t(&from[..$count])
-            }
-            #[inline(always)]
-            fn load_double(from: &[f64]) -> Self {
-                load_double::$t(&from[..$count])
-            }
-            #[inline(always)]
-            fn store(self, to: &mut [$t]) {
-                let to = &mut to[..$count];
-                unsafe { $store(to.as_mut_ptr(), self.0) }
-            }
-            #[inline(always)]
-            fn round(self) -> Self {
-                unsafe { Self($round::<0>(self.0)) }
-            }
-            #[inline(always)]
-            fn times_power_of_two(self, n: Self) -> Self {
-                unsafe { Self($scale(self.0, n.0)) }
-            }
-            #[inline(always)]
-            fn max(self, other: Self) -> Self {
-                unsafe { Self($max(self.0, other.0)) }
-            }
-            #[inline(always)]
-            fn min(self, other: Self) -> Self {
-                unsafe { Self($min(self.0, other.0)) }
-            }
-            #[inline(always)]
-            fn sum(self) -> $t {
-                unsafe { $sum(self.0) }
-            }
-            #[inline(always)]
-            fn sums(three: [Self; 3]) -> [$t; 3] {
-                sums::$t(three)
-            }
-            #[inline(always)]
-            fn largest(self) -> $t {
-                unsafe { $largest(self.0) }
-            }
-            #[inline(always)]
-            fn lookup(column: &[$t], index: &[u32]) -> Self {
-                lookup::$t(column, index)
-            }
-            #[inline(always)]
-            fn bits(mask: $mask) -> u32 {
-                mask.into()
-            }
-            #[inline(always)]
-            fn mask(bits: u32) -> $mask {
-                bits as $mask
-            }
-        }
-    };
+/// Choices, named by the type of the lanes.
+mod select {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(mask: __mmask16, yes: F32, no: F32) -> F32 {
+        unsafe { F32(_mm512_mask_blend_ps(mask, no.0, yes.0)) }
+    }
+    #[inline(always)]
+    pub fn f64(mask: __mmask8, yes: F64, no: F64) -> F64 {
+        unsafe { F64(_mm512_mask_blend_pd(mask, no.0, yes.0)) }
+    }
 }
 
-lanes!(
-    F32,
-    f32,
-    16,
-    __mmask16,
-    _mm512_set1_ps,
-    _mm512_loadu_ps,
-    _mm512_storeu_ps,
-    _mm512_add_ps,
-    _mm512_sub_ps,
-    _mm512_mul_ps,
-    _mm512_div_ps,
-    _mm512_sqrt_ps,
-    _mm512_fmadd_ps,
-    _mm512_cmp_ps_mask,
-    _mm512_mask_blend_ps,
-    _mm512_roundscale_ps,
-    _mm512_scalef_ps,
-    _mm512_max_ps,
-    _mm512_min_ps,
-    _mm512_rsqrt14_ps,
-    _mm512_fnmadd_ps,
-    1,
-    _mm512_reduce_add_ps,
-    _mm512_reduce_max_ps
-);
-lanes!(
-    F64,
-    f64,
-    8,
-    __mmask8,
-    _mm512_set1_pd,
-    _mm512_loadu_pd,
-    _mm512_storeu_pd,
-    _mm512_add_pd,
-    _mm512_sub_pd,
-    _mm512_mul_pd,
-    _mm512_div_pd,
-    _mm512_sqrt_pd,
-    _mm512_fmadd_pd,
-    _mm512_cmp_pd_mask,
-    _mm512_mask_blend_pd,
-    _mm512_roundscale_pd,
-    _mm512_scalef_pd,
-    _mm512_max_pd,
-    _mm512_min_pd,
-    _mm512_rsqrt14_pd,
-    _mm512_fnmadd_pd,
-    2,
-    _mm512_reduce_add_pd,
-    _mm512_reduce_max_pd
-);
+/// Nearest whole numbers, named by the type of the lanes.
+mod round {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(x: F32) -> F32 {
+        unsafe { F32(_mm512_roundscale_ps::<0>(x.0)) }
+    }
+    #[inline(always)]
+    pub fn f64(x: F64) -> F64 {
+        unsafe { F64(_mm512_roundscale_pd::<0>(x.0)) }
+    }
+}
+
+/// Times 2^n, named by the type of the lanes.
+mod times_power_of_two {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(x: F32, n: F32) -> F32 {
+        unsafe { F32(_mm512_scalef_ps(x.0, n.0)) }
+    }
+    #[inline(always)]
+    pub fn f64(x: F64, n: F64) -> F64 {
+        unsafe { F64(_mm512_scalef_pd(x.0, n.0)) }
+    }
+}
+
+/// Sums of all lanes, named by the type of the lanes.
+mod sum {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(x: F32) -> f32 {
+        unsafe { _mm512_reduce_add_ps(x.0) }
+    }
+    #[inline(always)]
+    pub fn f64(x: F64) -> f64 {
+        unsafe { _mm512_reduce_add_pd(x.0) }
+    }
+}
+
+/// The largest lane, named by the type of the lanes.
+mod largest {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(x: F32) -> f32 {
+        unsafe { _mm512_reduce_max_ps(x.0) }
+    }
+    #[inline(always)]
+    pub fn f64(x: F64) -> f64 {
+        unsafe { _mm512_reduce_max_pd(x.0) }
+    }
+}
+
+/// A bit a lane, named by the type of the lanes.
+mod bits {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(mask: __mmask16) -> u32 {
+        mask.into()
+    }
+    #[inline(always)]
+    pub fn f64(mask: __mmask8) -> u32 {
+        mask.into()
+    }
+}
+
+/// Masks from bits, named by the type of the lanes.
+mod mask {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(bits: u32) -> __mmask16 {
+        bits as __mmask16
+    }
+    #[inline(always)]
+    pub fn f64(bits: u32) -> __mmask8 {
+        bits as __mmask8
+    }
+}
+
+/// Reciprocal square roots, named by the type of the lanes: an estimate of 14 bits, doubled by each Newton step.
+mod rsqrt {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(x: F32) -> F32 {
+        let y = unsafe { F32(_mm512_rsqrt14_ps(x.0)) };
+        improved(x, y)
+    }
+    #[inline(always)]
+    pub fn f64(x: F64) -> F64 {
+        let y = unsafe { F64(_mm512_rsqrt14_pd(x.0)) };
+        improved(x, improved(x, y))
+    }
+    /// A Newton step: y (3/2 - x y^2 / 2).
+    #[inline(always)]
+    fn improved<L: Lanes>(x: L, y: L) -> L {
+        let half = x * L::constant(-0.5);
+        y * (half * y).mul_add(y, L::constant(1.5))
+    }
+}
 
 /// Reciprocals, named by the type of the lanes.
-mod estimate {
+mod recip {
     use super::*;
     /// An estimate of 14 bits and a Newton step.
     #[inline(always)]
@@ -279,7 +184,7 @@ mod estimate {
             F32(_mm512_mul_ps(y, _mm512_fnmadd_ps(x.0, y, _mm512_set1_ps(2.0))))
         }
     }
-    /// Division: two Newton steps take longer.
+    /// Division, which is exact; an estimate and two Newton steps take as long.
     #[inline(always)]
     pub fn f64(x: F64) -> F64 {
         F64::constant(1.0) / x
