@@ -15,6 +15,8 @@ pub trait Slot: Copy + Default + Send + Sync + 'static {
     fn kind(&self) -> usize;
     /// Position in the slots' units.
     fn position(&self) -> [f64; 3];
+    /// Moved by a periodic shift in the slots' units; the type is kept.
+    fn shifted(&self, shift: &Self) -> Self;
     /// A periodic shift in the slots' units.
     fn shift(shift: &Shift) -> &Self;
     /// Slots of particles `from..` at x + origin (length units), as many as `to` has.
@@ -55,6 +57,10 @@ impl Slot for FixedSlot {
     }
     fn position(&self) -> [f64; 3] {
         [self[0].into(), self[1].into(), self[2].into()]
+    }
+    #[inline(always)]
+    fn shifted(&self, shift: &Self) -> Self {
+        std::array::from_fn(|k| self[k].wrapping_add(shift[k]))
     }
     #[inline(always)]
     fn shift(shift: &Shift) -> &Self {
@@ -112,6 +118,10 @@ impl Slot for DoubleSlot {
     }
     fn position(&self) -> [f64; 3] {
         self.x
+    }
+    #[inline(always)]
+    fn shifted(&self, shift: &Self) -> Self {
+        Self { x: std::array::from_fn(|a| self.x[a] + shift.x[a]), kind: self.kind }
     }
     #[inline(always)]
     fn shift(shift: &Shift) -> &Self {
@@ -179,5 +189,17 @@ pub fn new_tile<S: Slot>() -> Box<Tile<S>> {
     match vec![S::default(); crate::real::lanes::SLOTS].try_into() {
         Ok(tile) => tile,
         Err(_) => unreachable!("the vector has as many slots as a tile"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shifts_go_around_in_fixed_point_and_keep_the_type() {
+        assert_eq!([1, 2, i32::MAX, 4].shifted(&[10, -20, 1, 0]), [11, -18, i32::MIN, 4]);
+        let (slot, shift) = (DoubleSlot { x: [1.0, 2.0, 3.0], kind: 9 }, DoubleSlot { x: [0.5, 0.25, -1.0], kind: 0 });
+        assert_eq!(slot.shifted(&shift), DoubleSlot { x: [1.5, 2.25, 2.0], kind: 9 });
     }
 }

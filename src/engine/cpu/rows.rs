@@ -140,7 +140,7 @@ impl<M: Mode, S: PairStyle, T: Truncation, I: Simd> Rows<'_, M, S, T, I> {
             } else {
                 let shift = Shift::new(run.image, &self.task.lengths, self.task.quanta);
                 for (to, from) in to.iter_mut().zip(from) {
-                    *to = Of::<M, I>::shifted(from, M::Slot::shift(&shift));
+                    *to = from.shifted(M::Slot::shift(&shift));
                 }
             }
         }

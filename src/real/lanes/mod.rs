@@ -137,8 +137,6 @@ pub trait PairLanes: Lanes {
     fn differences(own: Self::Own, tile: &Tile<Self::Slot>, index: &[u16]) -> ([Self; 3], Self::Kinds);
     /// A coefficient by type. A column of at most [`Lanes::COUNT`] types is padded to that length.
     fn coefficient(column: &[Self::Element], kinds: Self::Kinds) -> Self;
-    /// `slot` moved by a periodic shift in the slots' units; the type is kept.
-    fn shifted(slot: &Self::Slot, shift: &Self::Slot) -> Self::Slot;
 }
 
 /// Lanes of the list build: fixed-point coordinates, one array an axis.

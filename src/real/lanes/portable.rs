@@ -171,10 +171,6 @@ impl PairLanes for Array<f32> {
     fn coefficient(column: &[f32], kinds: Self::Kinds) -> Self {
         Self(kinds.map(|kind| column[kind as usize]))
     }
-    #[inline(always)]
-    fn shifted(slot: &FixedSlot, shift: &FixedSlot) -> FixedSlot {
-        std::array::from_fn(|k| slot[k].wrapping_add(shift[k]))
-    }
 }
 
 impl PairLanes for Array<f64> {
@@ -194,10 +190,6 @@ impl PairLanes for Array<f64> {
     #[inline(always)]
     fn coefficient(column: &[f64], kinds: Self::Kinds) -> Self {
         Self(kinds.map(|kind| column[kind as usize]))
-    }
-    #[inline(always)]
-    fn shifted(slot: &DoubleSlot, shift: &DoubleSlot) -> DoubleSlot {
-        DoubleSlot { x: std::array::from_fn(|a| slot.x[a] + shift.x[a]), kind: slot.kind }
     }
 }
 

@@ -51,10 +51,6 @@ impl PairLanes for F32 {
         unsafe { _mm256_storeu_si256(index.as_mut_ptr().cast(), kinds) };
         Self::lookup(column, &index)
     }
-    #[inline(always)]
-    fn shifted(slot: &FixedSlot, shift: &FixedSlot) -> FixedSlot {
-        std::array::from_fn(|k| slot[k].wrapping_add(shift[k]))
-    }
 }
 
 impl PairLanes for F64 {
@@ -87,10 +83,6 @@ impl PairLanes for F64 {
     #[inline(always)]
     fn coefficient(column: &[f64], kinds: Self::Kinds) -> Self {
         Self::from_fn(|k| column[kinds[k] as usize])
-    }
-    #[inline(always)]
-    fn shifted(slot: &DoubleSlot, shift: &DoubleSlot) -> DoubleSlot {
-        DoubleSlot { x: std::array::from_fn(|a| slot.x[a] + shift.x[a]), kind: slot.kind }
     }
 }
 

@@ -66,10 +66,6 @@ impl PairLanes for F32 {
         unsafe { _mm512_storeu_si512(index.as_mut_ptr().cast(), kinds) };
         Self::lookup(column, &index)
     }
-    #[inline(always)]
-    fn shifted(slot: &FixedSlot, shift: &FixedSlot) -> FixedSlot {
-        std::array::from_fn(|k| slot[k].wrapping_add(shift[k]))
-    }
 }
 
 impl PairLanes for F64 {
@@ -108,10 +104,6 @@ impl PairLanes for F64 {
         let mut index = [0u64; 8];
         unsafe { _mm512_storeu_si512(index.as_mut_ptr().cast(), kinds) };
         Self::from_fn(|k| column[index[k] as usize])
-    }
-    #[inline(always)]
-    fn shifted(slot: &DoubleSlot, shift: &DoubleSlot) -> DoubleSlot {
-        DoubleSlot { x: std::array::from_fn(|a| slot.x[a] + shift.x[a]), kind: slot.kind }
     }
 }
 
