@@ -24,10 +24,10 @@ fn backend(threads: usize, precision: Precision) -> CpuBackend {
 fn liquid(n: usize) -> (State, octant::system::SimulationBox) {
     let (mut state, simulation_box) = melt(n);
     let mut backend = backend(0, Precision::Mixed);
-    backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &simulation_box, 0);
+    backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &simulation_box, 0).unwrap();
     backend.set_up(Needs::default()).expect("a crystal is a good start");
     backend.advance(MELTING, Needs::default(), &AtomicBool::new(false)).expect("a melt runs");
-    backend.fetch(&mut state);
+    backend.fetch(&mut state).unwrap();
     (state, simulation_box)
 }
 
@@ -38,7 +38,7 @@ fn engine(c: &mut Criterion) {
         group.throughput(Throughput::Elements(state.len() as u64)).sample_size(10);
         for search in [Search::Trimmed, Search::Octant, Search::Standard] {
             let mut backend = backend(1, Precision::Mixed);
-            backend.load(arc(program(&[2.5], 0.3, search)), &state, &simulation_box, 0);
+            backend.load(arc(program(&[2.5], 0.3, search)), &state, &simulation_box, 0).unwrap();
             group.bench_function(BenchmarkId::new(search.name(), state.len()), |b| {
                 b.iter(|| black_box(&mut backend).set_up(Needs::default()).expect("a liquid has finite forces"));
             });
@@ -48,7 +48,7 @@ fn engine(c: &mut Criterion) {
         group.throughput(Throughput::Elements(20 * state.len() as u64)).sample_size(10);
         for (threads, precision) in [1, 2].into_iter().flat_map(|n| Precision::ALL.map(|p| (n, p))) {
             let mut backend = backend(threads, precision);
-            backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &simulation_box, 0);
+            backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &simulation_box, 0).unwrap();
             backend.set_up(Needs::default()).expect("a liquid has finite forces");
             let stop = AtomicBool::new(false);
             group.bench_function(

@@ -5,7 +5,7 @@ mod common;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use common::{arc, melt, program, variants};
+use common::{arc, cpu_variants, melt, program};
 use octant::engine::{Backend, Needs};
 use octant::neighbor::Search;
 
@@ -36,9 +36,9 @@ static ALLOCATOR: Counting = Counting;
 fn steps_ask_for_no_memory() {
     let (state, space) = melt(8);
     let (steps, stop) = (200, AtomicBool::new(false));
-    for variant in variants() {
-        let mut backend = variant.cpu(2);
-        backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &space, 0);
+    for variant in cpu_variants() {
+        let mut backend = variant.backend(2);
+        backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &space, 0).unwrap();
         backend.set_up(Needs::default()).unwrap();
         backend.advance(600, Needs::default(), &stop).unwrap();
         let (builds, calls) = (backend.statistics().builds, CALLS.load(Ordering::Relaxed));

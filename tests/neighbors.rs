@@ -54,13 +54,13 @@ fn searched(
     state: &State,
     simulation_box: &SimulationBox,
 ) -> (Pairs, Vec<u32>, State) {
-    let mut backend = variant.cpu(1);
-    backend.load(arc(program(cutoffs, 0.3, search)), state, simulation_box, 0);
+    let mut backend = variant.backend(1);
+    backend.load(arc(program(cutoffs, 0.3, search)), state, simulation_box, 0).unwrap();
     // Forces of overlapping particles may overflow; the list stands by then.
     let _ = backend.set_up(Needs::default());
     let mut listed = State::default();
-    backend.fetch(&mut listed);
-    (backend.pairs(), backend.neighbor_counts(), listed)
+    backend.fetch(&mut listed).unwrap();
+    (backend.pairs().unwrap(), backend.neighbor_counts().unwrap(), listed)
 }
 
 /// A number of box heights that puts particles on faces, edges, corners and mid-planes often.
@@ -135,8 +135,8 @@ fn memory_follows_particles_not_volume() {
             let x = Vec3::new((k % 10) as f64, (k / 10 % 10) as f64, (k / 100) as f64) * 1.2;
             state.push(k + 1, 1, x.add_scalar(20.0));
         }
-        let mut backend = variant.cpu(1);
-        backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &simulation_box, 0);
+        let mut backend = variant.backend(1);
+        backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &simulation_box, 0).unwrap();
         backend.set_up(Needs::default()).unwrap();
         backend.bytes()
     };

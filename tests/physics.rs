@@ -23,7 +23,7 @@ fn started(
     space: &SimulationBox,
 ) -> Box<dyn Backend> {
     let mut backend = variant.backend(threads);
-    backend.load(arc(program), state, space, 0);
+    backend.load(arc(program), state, space, 0).unwrap();
     if let Err(fault) = backend.set_up(ALL) {
         panic!("{}: {fault}", variant.name);
     }
@@ -35,8 +35,8 @@ fn advanced(backend: &mut dyn Backend, steps: u64) -> (State, Sums) {
         panic!("{fault}");
     }
     let mut state = State::default();
-    backend.fetch(&mut state);
-    (state, backend.sums())
+    backend.fetch(&mut state).unwrap();
+    (state, backend.sums().unwrap())
 }
 
 /// A liquid of two types with cutoffs of their own.
@@ -85,14 +85,14 @@ fn forces_energy_and_virial_are_those_of_all_pairs() {
             let program = program(&cutoffs, 0.3, search);
             let mut backend = started(&variant, 2, program.clone(), &state, &space);
             let mut now = State::default();
-            backend.fetch(&mut now);
+            backend.fetch(&mut now).unwrap();
             let (f, energy, virial) = all_pairs(&program.pair, &now, &space);
             let rms = (f.iter().map(Vec3::norm_squared).sum::<f64>() / f.len() as f64).sqrt();
             for (k, expected) in f.iter().enumerate() {
                 let error = (now.f[k] - expected).norm() / rms;
                 assert!(error < tolerance.force, "{name} {}: atom {} off by {error}", search.name(), now.id[k]);
             }
-            let sums = backend.sums();
+            let sums = backend.sums().unwrap();
             assert_relative_eq!(sums.potential, energy, max_relative = tolerance.energy);
             let trace: f64 = sums.virial[..3].iter().sum();
             assert_relative_eq!(trace, virial, max_relative = tolerance.energy);
@@ -106,14 +106,14 @@ fn compare_with_all_pairs(what: &str, program: &Program, state: &State, space: &
         let (name, tolerance) = (&variant.name, &variant.tolerance);
         let backend = &mut *started(&variant, 2, program.clone(), state, space);
         let mut now = State::default();
-        backend.fetch(&mut now);
+        backend.fetch(&mut now).unwrap();
         let (f, energy, virial) = all_pairs(&program.pair, &now, space);
         let rms = (f.iter().map(Vec3::norm_squared).sum::<f64>() / f.len() as f64).sqrt();
         for (k, expected) in f.iter().enumerate() {
             let error = (now.f[k] - expected).norm() / rms;
             assert!(error < tolerance.force, "{what}, {name}: atom {} off by {error}", now.id[k]);
         }
-        let sums = backend.sums();
+        let sums = backend.sums().unwrap();
         assert_relative_eq!(sums.potential, energy, max_relative = tolerance.energy);
         assert_relative_eq!(sums.virial[..3].iter().sum::<f64>(), virial, max_relative = 10.0 * tolerance.energy);
     }
@@ -180,7 +180,7 @@ fn cells_too_large_for_fixed_point_are_computed_in_double() {
         let program = program(&[2.5], 0.3, Search::Brute);
         let backend = started(&variant, 2, program.clone(), &state, &wide);
         let mut now = State::default();
-        backend.fetch(&mut now);
+        backend.fetch(&mut now).unwrap();
         let (f, ..) = all_pairs(&program.pair, &now, &wide);
         let rms = (f.iter().map(Vec3::norm_squared).sum::<f64>() / f.len() as f64).sqrt();
         for (expected, got) in f.iter().zip(&now.f) {
@@ -285,7 +285,7 @@ fn the_same_scene_far_from_the_origin_has_the_same_forces() {
             moved.x.iter_mut().for_each(|x| *x = x.add_scalar(shift));
             let backend = started(&variant, 1, program(&cutoffs, 0.3, Search::Trimmed), &moved, &space);
             let mut now = State::default();
-            backend.fetch(&mut now);
+            backend.fetch(&mut now).unwrap();
             now.f
         };
         let (near, far) = (forces(0.0), forces(offset));
@@ -307,8 +307,8 @@ fn a_broken_force_names_atom_place_and_neighbor() {
     for variant in variants() {
         let name = &variant.name;
         let mut backend = variant.backend(1);
-        backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &space, 17);
-        let fault = backend.set_up(ALL).unwrap_err();
+        backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &space, 17).unwrap();
+        let fault = backend.set_up(ALL).unwrap_err().fault().unwrap();
         assert_eq!((fault.kind, fault.step, fault.id, fault.count), (FaultKind::Force, 17, 4, 2), "{name}");
         assert_eq!(fault.nearest, Some((9, 0.0)));
         assert_eq!(
@@ -335,7 +335,7 @@ fn atoms_that_leave_are_lost_where_lammps_loses_them() {
         assert_eq!((after.id, backend.lost()), (vec![1, 2, 3, 4], 1), "{name}");
         quiet.lost = LostAtoms::Error;
         let mut backend = started(&variant, 1, quiet, &state, &space);
-        let fault = backend.advance(100, ALL, &AtomicBool::new(false)).unwrap_err();
+        let fault = backend.advance(100, ALL, &AtomicBool::new(false)).unwrap_err().fault().unwrap();
         assert_eq!((fault.kind, fault.id), (FaultKind::Lost, 5));
         let good = fault.last_good.unwrap();
         assert!(good.step < fault.step && good.state.x[4].x < 10.0);

@@ -5,7 +5,7 @@ mod common;
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 
-use common::{Tolerance, Variant, all_pairs, arc, melt, program, variants};
+use common::{Engine, Tolerance, Variant, all_pairs, arc, melt, program, variants};
 use octant::engine::{Backend, Needs, Precision};
 use octant::neighbor::Search;
 use octant::real::Isa;
@@ -17,14 +17,14 @@ fn liquid(n: usize) -> (State, SimulationBox) {
     let exact = Variant {
         name: "melting".into(),
         precision: Precision::Double,
-        isa: Isa::detect(),
+        engine: Engine::Cpu(Isa::detect()),
         tolerance: Tolerance::of(Precision::Double),
     };
-    let mut backend = exact.cpu(0);
-    backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &space, 0);
+    let mut backend = exact.backend(0);
+    backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &space, 0).unwrap();
     backend.set_up(Needs::default()).unwrap();
     backend.advance(400, Needs::default(), &AtomicBool::new(false)).unwrap();
-    backend.fetch(&mut state);
+    backend.fetch(&mut state).unwrap();
     (state, space)
 }
 
@@ -36,11 +36,11 @@ fn small() -> &'static (State, SimulationBox) {
 /// RMS and largest error of a backend's forces over the RMS force.
 fn errors(variant: &Variant, state: &State, space: &SimulationBox) -> (f64, f64) {
     let program = program(&[2.5], 0.3, Search::Trimmed);
-    let mut backend = variant.cpu(0);
-    backend.load(arc(program.clone()), state, space, 0);
+    let mut backend = variant.backend(0);
+    backend.load(arc(program.clone()), state, space, 0).unwrap();
     backend.set_up(Needs::default()).unwrap();
     let mut now = State::default();
-    backend.fetch(&mut now);
+    backend.fetch(&mut now).unwrap();
     // Of the positions as given: what single precision rounds of them counts as its error.
     let mut given = state.clone();
     given.x.iter_mut().zip(&mut given.image).for_each(|(x, image)| space.wrap(x, image));
@@ -70,10 +70,12 @@ fn forces_in_a_liquid_of_4_000() {
 #[test]
 fn forces_in_a_liquid_of_32_000() {
     let (state, space) = liquid(20);
-    for variant in variants().into_iter().filter(|v| v.isa == Isa::detect()) {
+    for variant in
+        variants().into_iter().filter(|v| v.engine == Engine::Cpu(Isa::detect()) || !matches!(v.engine, Engine::Cpu(_)))
+    {
         check("32 000", &variant, &state, &space);
-        let mut backend = variant.cpu(1);
-        backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &space, 0);
+        let mut backend = variant.backend(1);
+        backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &space, 0).unwrap();
         backend.set_up(Needs::default()).unwrap();
         let each = backend.bytes() / state.len();
         assert!(each < 1200, "{}: {each} bytes an atom", variant.name);

@@ -1,11 +1,13 @@
 //! What the step loop asks of an engine.
 
+use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::fault::Fault;
 use super::observer::{Needs, NeighborStatistics, Sums};
 use super::program::Program;
+use crate::Error;
 use crate::system::{SimulationBox, State};
 
 /// How far [`Backend::advance`] came.
@@ -15,6 +17,46 @@ pub enum Reached {
     End,
     /// The user interrupted; the step under way was finished.
     Interrupted,
+}
+
+/// Why a run cannot go on.
+#[derive(Clone, Debug)]
+pub enum Stop {
+    /// The dynamics went wrong.
+    Fault(Fault),
+    /// The device did: out of memory, for instance.
+    Device(String),
+}
+
+impl Stop {
+    /// What went wrong with the dynamics, if that is why.
+    pub fn fault(self) -> Option<Fault> {
+        match self {
+            Stop::Fault(fault) => Some(fault),
+            Stop::Device(_) => None,
+        }
+    }
+}
+
+impl From<Fault> for Stop {
+    fn from(fault: Fault) -> Self {
+        Stop::Fault(fault)
+    }
+}
+
+impl From<String> for Stop {
+    fn from(message: String) -> Self {
+        Stop::Device(message)
+    }
+}
+
+impl fmt::Display for Stop {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Stop::Fault(fault) => fault.fmt(f),
+            Stop::Device(message) => f.write_str(message),
+        }
+    }
 }
 
 /// Wall seconds by stage, summed since [`Backend::load`].
@@ -47,6 +89,9 @@ pub struct Work {
     pub list_entries_per_atom: f64,
 }
 
+/// Ids of two neighbors, and the periodic image in which the second is seen.
+pub type Pair = (u32, u32, [i32; 3]);
+
 /// An engine that owns the particles while a run lasts.
 pub trait Backend {
     /// Name and device for the log, such as "cpu, 2 threads".
@@ -56,32 +101,44 @@ pub trait Backend {
     /// Host threads it uses.
     fn threads(&self) -> usize;
     /// Takes the particles over; `step` is the number of the current step.
-    fn load(&mut self, program: Arc<Program>, state: &State, simulation_box: &SimulationBox, step: i64);
+    fn load(
+        &mut self,
+        program: Arc<Program>,
+        state: &State,
+        simulation_box: &SimulationBox,
+        step: i64,
+    ) -> Result<(), Error>;
     /// Set-up of a run: wrap, sort, list, forces. Statistics and times start from zero.
-    fn set_up(&mut self, needs: Needs) -> Result<(), Fault>;
+    fn set_up(&mut self, needs: Needs) -> Result<(), Stop>;
     /// Goes on without set-up (`run pre no`) from `step`: list, forces, coefficients, fixes and skin stay what they were. New
     /// velocities and groups are taken over, and so are timestep, masses, rebuild policy and what becomes of lost atoms.
     /// Counts of builds go on.
-    fn continue_run(&mut self, program: &Program, state: &State, step: i64);
+    fn continue_run(&mut self, program: &Program, state: &State, step: i64) -> Result<(), Error>;
     /// Runs `steps` steps; what `needs` asks for is computed at the last of them.
-    fn advance(&mut self, steps: u64, needs: Needs, stop: &AtomicBool) -> Result<Reached, Fault>;
+    fn advance(&mut self, steps: u64, needs: Needs, stop: &AtomicBool) -> Result<Reached, Stop>;
     /// Number of the current step.
     fn step(&self) -> i64;
     /// Brings particles back in storage order.
-    fn fetch(&self, state: &mut State);
+    fn fetch(&self, state: &mut State) -> Result<(), Error>;
     /// Sums of the current step; energy and virial as far as asked for.
-    fn sums(&mut self) -> Sums;
+    fn sums(&mut self) -> Result<Sums, Error>;
     /// The box, which follows the particles where it shrink-wraps.
     fn simulation_box(&self) -> &SimulationBox;
     fn statistics(&self) -> NeighborStatistics;
     fn seconds(&self) -> StageSeconds;
     fn work(&self) -> Work;
     /// Neighbors of every particle within its neighbor cutoff at the last build, in storage order.
-    fn neighbor_counts(&self) -> Vec<u32>;
+    fn neighbor_counts(&self) -> Result<Vec<u32>, Error>;
+    /// All pairs of the full list of the last build, as ids and the periodic image in which the second is seen; sorted.
+    fn pairs(&self) -> Result<Vec<Pair>, Error>;
     /// Bytes held for particles and lists.
     fn bytes(&self) -> usize;
     /// Particles removed since [`Backend::load`] because they left through a fixed side.
     fn lost(&self) -> usize;
     /// What the loaded program was specialized to on this backend, line by line.
     fn explain(&self) -> Vec<String>;
+    /// What a user should know of the preparations since the last call, line by line.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
 }

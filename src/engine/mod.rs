@@ -2,12 +2,16 @@
 
 pub mod backend;
 pub mod cpu;
+#[cfg(feature = "cuda")]
+pub mod cuda;
 pub mod fault;
 pub mod observer;
+mod particles;
 pub mod precision;
 pub mod program;
+mod trouble;
 
-pub use backend::{Backend, Reached, StageSeconds, Work};
+pub use backend::{Backend, Pair, Reached, StageSeconds, Stop, Work};
 pub use fault::{Fault, FaultKind, GoodState};
 pub use observer::{Needs, NeighborStatistics, Observer, Snapshot, Sums};
 pub use precision::Precision;

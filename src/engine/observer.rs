@@ -17,6 +17,11 @@ pub struct Needs {
 }
 
 impl Needs {
+    /// Whether pairs have to be summed up.
+    pub fn sums(self) -> bool {
+        self.energy || self.virial
+    }
+
     /// What either wants.
     pub fn union(self, other: Self) -> Self {
         Self {

@@ -1,5 +1,7 @@
 //! One axis of the cell grid: which cells a particle of a given cell half must look into.
 
+use crate::real::Whole;
+
 /// Relative widening of the search radius, against rounding in the binning of positions.
 const MARGIN: f64 = 1e-6;
 
@@ -56,6 +58,16 @@ pub struct AxisRequest {
     pub most_cells: i64,
 }
 
+/// Cell and eighth of it of a coordinate, as whole numbers, on an axis from `lo` whose last cell is number `last`.
+#[inline(always)]
+pub fn locate<R: Whole>(x: R, lo: R, inverse_edge: R, last: R) -> (R, R) {
+    let zero = R::constant(0.0);
+    let position = (x - lo) * inverse_edge;
+    let cell = position.trunc().lesser(last).greater(zero);
+    let eighth = (R::constant(8.0) * (position - cell)).trunc();
+    (cell, eighth.lesser(R::constant(7.0)).greater(zero))
+}
+
 impl Axis {
     /// Cuts an axis into cells. Where a periodic axis is too short for octant cells, one cell and its images take their place.
     pub fn new(request: &AxisRequest) -> Self {
@@ -85,9 +97,8 @@ impl Axis {
     /// Cell and eighth of it (0 to 7; from 4 on the upper half) of a coordinate inside the axis's extent.
     #[inline]
     pub fn locate(&self, x: f64) -> (i64, u8) {
-        let position = (x - self.lo) * self.inverse_edge;
-        let cell = (position as i64).clamp(0, self.cells - 1);
-        (cell, ((8.0 * (position - cell as f64)) as u8).min(7))
+        let (cell, eighth) = locate(x, self.lo, self.inverse_edge, (self.cells - 1) as f64);
+        (cell as i64, eighth as u8)
     }
 
     /// Middle of a cell.

@@ -3,8 +3,10 @@
 pub mod axis;
 pub mod cells;
 pub mod estimate;
+pub mod guard;
 pub mod policy;
 pub mod search;
+pub mod ties;
 
 pub use cells::{Cells, OCTANTS};
 pub use policy::{Decision, LAMMPS_BIN, Policy};

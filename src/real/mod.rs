@@ -2,12 +2,14 @@
 //!
 //! `f64` is the reference, `f32` the arithmetic of the faster precisions, [`Dual`] carries a derivative so that each
 //! force can be tested against its energy. Formulas are branch-free: choices go through [`Real::select`], so that types
-//! that hold many values at once ([`lanes`]) or none (recorded expressions) fit the same trait.
+//! that hold many values at once ([`lanes`]) or none ([`Expr`], which records them for the GPU) fit the same trait.
 
 mod dual;
+mod expr;
 pub(crate) mod lanes;
 
 pub use dual::Dual;
+pub use expr::{Arithmetic, Expr, Recording};
 pub use lanes::Isa;
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -54,6 +56,30 @@ pub trait Real:
     #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
         self * a + b
+    }
+}
+
+/// Numbers that can be cut to whole ones: what decides in which cell a particle is.
+pub trait Whole: Real {
+    /// The whole part, towards zero.
+    fn trunc(self) -> Self;
+
+    /// The smaller of two numbers.
+    #[inline(always)]
+    fn lesser(self, other: Self) -> Self {
+        Self::select(other.less(self), other, self)
+    }
+    /// The larger of two numbers.
+    #[inline(always)]
+    fn greater(self, other: Self) -> Self {
+        Self::select(self.less(other), other, self)
+    }
+}
+
+impl Whole for f64 {
+    #[inline(always)]
+    fn trunc(self) -> Self {
+        f64::trunc(self)
     }
 }
 

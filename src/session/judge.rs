@@ -10,7 +10,8 @@ use super::commands::{Done, Pass, carry_out};
 use super::run::{Outcome, STOP};
 use super::{Live, ScriptState, Settings};
 use crate::Error;
-use crate::engine::{Backend, Needs};
+use crate::engine::Backend as _;
+use crate::engine::{FaultKind, Needs, Stop};
 use crate::neighbor::Grid;
 use crate::output::Console;
 use crate::output::Report;
@@ -117,12 +118,15 @@ pub fn run(script: &Path, settings: &Settings) -> Result<Outcome, Error> {
     }
     console.line(&format!("Octant {} (reads LAMMPS input scripts)", env!("CARGO_PKG_VERSION")));
     let (_, end, checkpoint, mut console) = judge(&source, settings, console)?;
-    let backend: Box<dyn Backend> = Box::new(settings.engine()?);
+    let (backend, note) = settings.engine()?;
     if let Some(path) = &settings.json {
         crate::output::check_writable(path)
             .map_err(|m| Error::Unavailable(format!("--json {}: {m}", path.display())))?;
     }
     console.release()?;
+    if let Some(note) = note {
+        console.line(&note);
+    }
     let mut report = Report::new();
     report.settings = settings.describe(&source.name, &*backend);
     let mut live = Live { settings, console, backend, dumps: Vec::new(), files: Vec::new(), report, steps: 0, started };
@@ -211,17 +215,17 @@ pub fn neighbors(script: &Path, settings: &Settings, cutoff: Option<f64>) -> Res
         list_fits(&state.scene.state, space, cutoff).map_err(lacks)?;
     }
     let radius = program.pair.neighbor_cutoffs(program.policy.skin).into_iter().fold(0.0, f64::max);
-    let mut backend = settings.engine()?;
-    backend.load(Arc::new(program), &state.scene.state, space, state.scene.step);
+    let mut backend = settings.cpu_engine()?;
+    backend.load(Arc::new(program), &state.scene.state, space, state.scene.step)?;
     // Overlapping atoms have no finite force, but they have neighbors.
-    if let Err(fault) = backend.set_up(Needs::default())
-        && fault.kind != crate::engine::FaultKind::Force
-    {
-        return Err(Error::Fault(fault.to_string()));
+    match backend.set_up(Needs::default()) {
+        Err(Stop::Fault(fault)) if fault.kind == FaultKind::Force => {}
+        Err(why) => return Err(Error::Fault(why.to_string())),
+        Ok(()) => {}
     }
     let mut now = state.scene.state.clone();
-    backend.fetch(&mut now);
-    let mut counts: Vec<(u32, u32)> = now.id.iter().copied().zip(backend.neighbor_counts()).collect();
+    backend.fetch(&mut now)?;
+    let mut counts: Vec<(u32, u32)> = now.id.iter().copied().zip(backend.neighbor_counts()?).collect();
     counts.sort_unstable();
     let (low, high) = now.bounds();
     let grid = Grid::new(settings.search, backend.simulation_box(), &low, &high, radius).to_string();

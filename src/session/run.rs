@@ -8,7 +8,7 @@ use super::environment::{LastRun, facts};
 use super::run_loop::RunLoop;
 use super::{Live, ScriptState};
 use crate::Error;
-use crate::engine::{Fault, Needs, Program, Reached};
+use crate::engine::{Needs, Program, Reached, Stop};
 use crate::output::printf::format_g;
 use crate::output::summary::cpu_seconds;
 use crate::output::thermo::memory_line;
@@ -58,14 +58,14 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     let program = Arc::new(program);
     let schedule = ThermoSchedule { every: script.thermo_every, first };
     if keep {
-        live.backend.continue_run(&program, &script.scene.state, first);
+        live.backend.continue_run(&program, &script.scene.state, first)?;
     } else {
         set_up_messages(&program, mixed, mixable, script, live);
         let space = script.scene.space()?;
-        live.backend.load(program.clone(), &script.scene.state, space, first);
+        live.backend.load(program.clone(), &script.scene.state, space, first)?;
         let needs = live.dumps.iter().fold(script.thermo.needs(), |needs, (_, dump)| needs.union(dump.needs()));
         let set_up = live.backend.set_up(if first == last { needs.union(LAST_STEP) } else { needs });
-        set_up.map_err(|fault| stop(fault, script, live, &program))?;
+        set_up.map_err(|why| stop(why, script, live, &program))?;
         facts.thermal_atoms = Some(script.scene.state.len() - live.backend.lost());
     }
     let facts = Arc::new(facts);
@@ -73,6 +73,9 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     for (_, dump) in &mut live.dumps {
         dump.set_facts(facts.clone());
         dump.begin_run(first)?;
+    }
+    for line in live.backend.notes() {
+        live.console.line(&line);
     }
     if live.settings.explain && !keep {
         for line in live.backend.explain() {
@@ -219,9 +222,13 @@ fn explain(program: &Program, live: &mut Live<'_>) {
 }
 
 /// Ends a run that went wrong: the last good state goes to a data file, and the message says where.
-pub fn stop(fault: Fault, script: &ScriptState, live: &mut Live<'_>, program: &Program) -> RunError {
+pub fn stop(why: Stop, script: &ScriptState, live: &mut Live<'_>, program: &Program) -> RunError {
     live.console.set_bar(None);
     live.console.end_table();
+    let fault = match why {
+        Stop::Fault(fault) => fault,
+        Stop::Device(message) => return RunError::Error(Error::Fault(message)),
+    };
     let mut message = fault.to_string();
     if let Some(good) = &fault.last_good {
         let path = good_state_path(live.settings.log.as_deref());

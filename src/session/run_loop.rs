@@ -84,7 +84,7 @@ impl<'r, 'l> RunLoop<'r, 'l> {
             let ahead = self.pace(progress).clamp(1, next - self.now);
             let needs = if self.now + ahead == next { wanted } else { Needs::default() };
             let advanced = self.live.backend.advance(ahead as u64, needs, &STOP);
-            reached = advanced.map_err(|fault| stop(fault, self.script, self.live, &self.program))?;
+            reached = advanced.map_err(|why| stop(why, self.script, self.live, &self.program))?;
             self.now = self.live.backend.step();
             progress.reach(self.now);
         }
@@ -124,7 +124,7 @@ impl<'r, 'l> RunLoop<'r, 'l> {
         // Energies and pressures need no particles on this side.
         let columns = self.script.thermo.needs();
         if end || columns.positions || columns.forces || dump_due.contains(&true) || lost > self.lost {
-            self.live.backend.fetch(&mut self.script.scene.state);
+            self.live.backend.fetch(&mut self.script.scene.state)?;
         }
         if lost > self.lost && self.program.lost == LostAtoms::Warn {
             let text = format!("{lost} atoms left through a free side and are gone by step {}", self.now);
@@ -133,7 +133,7 @@ impl<'r, 'l> RunLoop<'r, 'l> {
         self.lost = lost;
         if thermo_due {
             // Without set-up, energy and virial of the last run still stand.
-            self.sums = self.live.backend.sums();
+            self.sums = self.live.backend.sums()?;
         }
         let space = self.live.backend.simulation_box().clone();
         self.script.scene.space = Some(space.clone());

@@ -46,21 +46,53 @@ pub struct Settings {
 impl Settings {
     /// Refuses what this build lacks.
     pub fn check(&self) -> Result<(), Error> {
-        if self.backend == BackendChoice::Cuda {
-            return Err(Error::Unavailable(
-                "backend cuda is not part of this version of octant; --backend cpu (or auto) runs on the processor"
-                    .into(),
-            ));
+        if cfg!(not(feature = "cuda")) && (self.backend == BackendChoice::Cuda || self.device.is_some()) {
+            let what = self.device.map_or("--backend cuda".into(), |device| format!("--device {device}"));
+            let text = format!("{what}: this octant was built without CUDA (cargo feature `cuda`)");
+            return Err(Error::Unavailable(text));
         }
-        if let Some(device) = self.device {
-            return Err(Error::Unavailable(format!("--device {device}: this version of octant runs on no GPU")));
+        match self.device {
+            Some(device) if self.backend == BackendChoice::Cpu => {
+                Err(Error::Unavailable(format!("--device {device} names a GPU, but --backend cpu uses none")))
+            }
+            _ => Ok(()),
         }
-        Ok(())
     }
 
-    /// The engine these settings ask for. The environment variable `OCTANT_ISA` names an instruction set other than the best
+    /// The engine these settings ask for, and a line for the user where it is not the one that was hoped for. A device that is
+    /// named is insisted on.
+    pub fn engine(&self) -> Result<(Box<dyn Backend>, Option<String>), Error> {
+        match (self.backend, self.cuda_engine()) {
+            (BackendChoice::Cpu, _) => Ok((Box::new(self.cpu_engine()?), None)),
+            (_, Ok(engine)) => Ok((engine, None)),
+            (BackendChoice::Cuda, Err(reason)) => Err(Error::Unavailable(format!("--backend cuda: {reason}"))),
+            (BackendChoice::Auto, Err(reason)) if self.device.is_some() => Err(Error::Unavailable(reason)),
+            (BackendChoice::Auto, Err(reason)) => {
+                Ok((Box::new(self.cpu_engine()?), Some(format!("Running on the CPU: {reason}"))))
+            }
+        }
+    }
+
+    #[cfg(feature = "cuda")]
+    fn cuda_engine(&self) -> Result<Box<dyn Backend>, String> {
+        use crate::engine::cuda::{CudaBackend, CudaOptions};
+        if self.backend == BackendChoice::Cpu {
+            return Err("not asked for".into());
+        }
+        let device = self.device.unwrap_or(0) as usize;
+        let options = CudaOptions { device, precision: self.precision, ..CudaOptions::default() };
+        let backend = CudaBackend::new(options).and_then(|backend| backend.check_compiler().map(|()| backend));
+        Ok(Box::new(backend.map_err(|e| e.to_string())?))
+    }
+
+    #[cfg(not(feature = "cuda"))]
+    fn cuda_engine(&self) -> Result<Box<dyn Backend>, String> {
+        Err("this octant was built without CUDA".into())
+    }
+
+    /// The CPU engine. The environment variable `OCTANT_ISA` names an instruction set other than the best
     /// of this processor, so that results of another machine type can be had bit by bit.
-    pub fn engine(&self) -> Result<CpuBackend, Error> {
+    pub fn cpu_engine(&self) -> Result<CpuBackend, Error> {
         let isa = match std::env::var("OCTANT_ISA") {
             Ok(name) if !name.is_empty() => Some(Isa::named(&name).ok_or_else(|| {
                 let known = Isa::ALL.map(Isa::name).join(", ");

@@ -1,6 +1,7 @@
 //! The orthogonal simulation box: sides, kind of boundary, wrapping.
 
 use super::state::{Vec3, bounds};
+use crate::real::Whole;
 
 /// What happens at one side of the box (`boundary` command).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,15 +110,9 @@ impl SimulationBox {
     /// The same by at most one image along each axis, as LAMMPS does at list builds; what is further out stays outside.
     pub fn wrap_once(&self, x: &mut Vec3, image: &mut [i32; 3]) {
         for axis in (0..3).filter(|axis| self.periodic(*axis)) {
-            let (lo, hi) = (self.lo[axis], self.hi[axis]);
-            if x[axis] < lo {
-                x[axis] += hi - lo;
-                image[axis] = image[axis].saturating_sub(1);
-            }
-            if x[axis] >= hi {
-                x[axis] = (x[axis] - (hi - lo)).max(lo);
-                image[axis] = image[axis].saturating_add(1);
-            }
+            let (wrapped, images) = wrap_once(x[axis], self.lo[axis], self.hi[axis]);
+            x[axis] = wrapped;
+            image[axis] = image[axis].saturating_add(images as i32);
         }
     }
 
@@ -126,6 +121,18 @@ impl SimulationBox {
         let l = self.lengths();
         Vec3::new(x.x + image[0] as f64 * l.x, x.y + image[1] as f64 * l.y, x.z + image[2] as f64 * l.z)
     }
+}
+
+/// A coordinate brought back by at most one edge, and the number of images this counts.
+#[inline(always)]
+pub fn wrap_once<R: Whole>(x: R, lo: R, hi: R) -> (R, R) {
+    let (zero, one) = (R::constant(0.0), R::constant(1.0));
+    let edge = hi - lo;
+    let raised = R::select(x.less(lo), x + edge, x);
+    let below = R::select(x.less(lo), -one, zero);
+    let inside = raised.less(hi);
+    let lowered = R::select(inside, raised, (raised - edge).greater(lo));
+    (lowered, below + R::select(inside, zero, one))
 }
 
 /// Farther out than this many edges, a position is brought back in one go, which costs its last bits.

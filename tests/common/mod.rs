@@ -5,6 +5,8 @@ use std::sync::Arc;
 
 use octant::dynamics::Fix;
 use octant::engine::cpu::{CpuBackend, CpuOptions};
+#[cfg(feature = "cuda")]
+use octant::engine::cuda::{CudaBackend, CudaOptions, Tuning};
 use octant::engine::{Backend, Precision, Program};
 use octant::neighbor::{Policy, Search};
 use octant::pair::{Coefficient, PairCoefficients, PairTable, StyleInfo};
@@ -50,27 +52,77 @@ impl Tolerance {
 pub struct Variant {
     pub name: String,
     pub precision: Precision,
-    pub isa: Isa,
+    pub engine: Engine,
     pub tolerance: Tolerance,
 }
 
-impl Variant {
-    pub fn cpu(&self, threads: usize) -> CpuBackend {
-        CpuBackend::new(CpuOptions { threads, precision: self.precision, isa: Some(self.isa) }).unwrap()
-    }
+/// Where a variant runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Engine {
+    Cpu(Isa),
+    /// On a GPU, with rows of the list as short as this at the start, or as long as the scene suggests.
+    #[cfg(feature = "cuda")]
+    Cuda(Option<u32>),
+}
 
+impl Variant {
+    /// `threads` are of no account on a GPU.
     pub fn backend(&self, threads: usize) -> Box<dyn Backend> {
-        Box::new(self.cpu(threads))
+        let precision = self.precision;
+        match self.engine {
+            Engine::Cpu(isa) => Box::new(CpuBackend::new(CpuOptions { threads, precision, isa: Some(isa) }).unwrap()),
+            #[cfg(feature = "cuda")]
+            Engine::Cuda(capacity) => {
+                let tuning = Tuning { capacity, ..Tuning::default() };
+                Box::new(CudaBackend::new(CudaOptions { device: 0, precision, tuning }).unwrap())
+            }
+        }
     }
 }
 
-/// Every precision on every instruction set of this processor.
+/// Every precision on every instruction set of this processor, and on the GPU if there is one.
+/// OCTANT_TEST_BACKEND=cpu or cuda keeps to one of them; with cuda there must be a GPU.
 pub fn variants() -> Vec<Variant> {
+    let only = std::env::var("OCTANT_TEST_BACKEND").unwrap_or_default();
+    let mut all = if only == "cuda" { Vec::new() } else { cpu_variants() };
+    if only != "cpu" {
+        all.extend(gpu_variants());
+    }
+    assert!(!all.is_empty(), "no backend to test");
+    all
+}
+
+/// Every precision on the GPU, once with rows that have to grow; none where there is no GPU, which is said.
+pub fn gpu_variants() -> Vec<Variant> {
+    let mut all = Vec::new();
+    #[cfg(feature = "cuda")]
+    match octant::engine::cuda::devices() {
+        Ok(_) => {
+            for precision in Precision::ALL {
+                for capacity in [None, Some(1)] {
+                    let start = if capacity.is_some() { ", rows of one entry at the start" } else { "" };
+                    let name = format!("cuda {}{start}", precision.name());
+                    all.push(Variant {
+                        name,
+                        precision,
+                        engine: Engine::Cuda(capacity),
+                        tolerance: Tolerance::of(precision),
+                    });
+                }
+            }
+        }
+        Err(reason) => println!("skipped: no CUDA device: {reason}"),
+    }
+    all
+}
+
+/// Every precision on every instruction set of this processor.
+pub fn cpu_variants() -> Vec<Variant> {
     let mut all = Vec::new();
     for precision in Precision::ALL {
         for isa in Isa::ALL.into_iter().filter(|isa| isa.is_available()) {
             let name = format!("cpu {} {}", precision.name(), isa.name());
-            all.push(Variant { name, precision, isa, tolerance: Tolerance::of(precision) });
+            all.push(Variant { name, precision, engine: Engine::Cpu(isa), tolerance: Tolerance::of(precision) });
         }
     }
     all

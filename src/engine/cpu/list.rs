@@ -5,12 +5,12 @@
 
 use super::block::{Block, Part, SPAN, cut};
 use super::membership::Membership;
-use super::particles::Particles;
 use super::scratch::Pool;
 use super::search::Fill;
-use super::ties::Ties;
+use crate::engine::particles::Particles;
 use crate::neighbor::axis::Axis;
 use crate::neighbor::estimate::ListBytes;
+use crate::neighbor::ties::Ties;
 use crate::neighbor::{Cells, Grid};
 use crate::real::Isa;
 use crate::real::lanes::{FixedSlot, with_simd};

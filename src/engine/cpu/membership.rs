@@ -1,13 +1,11 @@
 //! Which pairs belong into the list: exactly LAMMPS's, those whose distance at the build is at most R in f64.
 
-use super::particles::Particles;
-use super::ties::Ties;
+use crate::engine::particles::Particles;
+use crate::neighbor::guard;
+use crate::neighbor::ties::{Ties, squared_distance};
 use crate::real::Isa;
 use crate::real::lanes::{Lanes, Simd, SimdVisitor, with_simd};
-use crate::system::{SimulationBox, Vec3};
-
-/// Rounding of a squared distance in f32 arithmetic, relative.
-const ROUNDING: f64 = 8.0 / (1u64 << 24) as f64;
+use crate::system::SimulationBox;
 
 /// Squared neighbor cutoffs by pair of types, and what exactness needs to know of the box.
 #[derive(Clone, Debug, Default)]
@@ -37,19 +35,13 @@ impl Membership {
         self.squared.clear();
         self.squared.extend(cutoffs.iter().map(|r| r * r));
         let coordinate = simulation_box.lo.amax().max(simulation_box.hi.amax());
-        // A coordinate is off by half a quantum and by its own rounding, a distance by at most four of these.
-        let error = 4.0 / quanta + 16.0 * f64::EPSILON * coordinate;
         for limits in [&mut self.inner, &mut self.outer] {
             limits.clear();
             limits.resize(types * self.stride, 0.0);
         }
         for (k, r) in cutoffs.iter().enumerate() {
             let at = k / types * self.stride + k % types;
-            let band = ROUNDING + 2.0 * error / r;
-            let squared = (r * quanta).powi(2);
-            // A pair that is switched off is listed where particles coincide, as in LAMMPS.
-            (self.inner[at], self.outer[at]) =
-                if *r > 0.0 { ((squared * (1.0 - band)) as f32, (squared * (1.0 + band)) as f32) } else { (-1.0, 4.0) };
+            (self.inner[at], self.outer[at]) = guard::limits(*r, quanta, coordinate);
         }
         self.reach = self.outer.iter().copied().fold(0.0, f32::max);
     }
@@ -59,9 +51,7 @@ impl Membership {
     pub fn holds(&self, particles: &Particles, i: usize, j: usize, image: [i32; 3]) -> bool {
         let (a, b) = (&particles.x[i], &particles.x[j]);
         let limit = self.squared[particles.kind[i] as usize * self.types + particles.kind[j] as usize];
-        let shift = Vec3::from_fn(|axis, _| f64::from(image[axis]) * self.lengths[axis]);
-        let d = a - (b + shift);
-        let r2 = d.x * d.x + d.y * d.y + d.z * d.z;
+        let r2 = squared_distance((*a).into(), (*b).into(), image.map(f64::from), self.lengths);
         if image != [0; 3] && (r2 - limit).abs() <= self.ties.band * limit {
             return limit > 0.0 && self.ties.squared_distance(a, b, image) <= limit;
         }

@@ -9,18 +9,14 @@ mod membership;
 mod mode;
 mod motion;
 mod moving;
-mod particles;
 mod rows;
 mod scratch;
 mod search;
-mod ties;
-mod trouble;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::backend::{Backend, Reached, StageSeconds, Work};
-use super::fault::Fault;
+use super::backend::{Backend, Pair, Reached, StageSeconds, Stop, Work};
 use super::observer::{Needs, NeighborStatistics, Sums};
 use super::precision::Precision;
 use super::program::Program;
@@ -71,11 +67,6 @@ impl CpuBackend {
         self.isa
     }
 
-    /// All pairs of the full list of the last build, as ids and the periodic image in which the second is seen; sorted.
-    pub fn pairs(&self) -> Vec<(u32, u32, [i32; 3])> {
-        self.loaded().pairs()
-    }
-
     fn on_pool<T: Send>(&mut self, work: impl FnOnce(&mut dyn Loaded) -> T + Send) -> T {
         let loaded = self.loaded.as_mut().expect("a program is loaded before it is run");
         self.pool.install(|| work(&mut **loaded))
@@ -100,39 +91,48 @@ impl Backend for CpuBackend {
         self.threads
     }
 
-    fn load(&mut self, program: Arc<Program>, state: &State, simulation_box: &SimulationBox, step: i64) {
+    fn load(
+        &mut self,
+        program: Arc<Program>,
+        state: &State,
+        simulation_box: &SimulationBox,
+        step: i64,
+    ) -> Result<(), Error> {
         let (isa, threads) = (self.isa, self.threads);
         self.loaded = Some(match self.precision {
             Precision::Double => Box::new(Engine::<Double>::new(program, state, simulation_box, step, isa, threads)),
             Precision::Mixed => Box::new(Engine::<Mixed>::new(program, state, simulation_box, step, isa, threads)),
             Precision::Single => Box::new(Engine::<Single>::new(program, state, simulation_box, step, isa, threads)),
         });
+        Ok(())
     }
 
-    fn set_up(&mut self, needs: Needs) -> Result<(), Fault> {
-        self.on_pool(|loaded| loaded.set_up(needs))
+    fn set_up(&mut self, needs: Needs) -> Result<(), Stop> {
+        Ok(self.on_pool(|loaded| loaded.set_up(needs))?)
     }
 
-    fn continue_run(&mut self, program: &Program, state: &State, step: i64) {
+    fn continue_run(&mut self, program: &Program, state: &State, step: i64) -> Result<(), Error> {
         if let Some(loaded) = &mut self.loaded {
             loaded.go_on(program, state, step);
         }
+        Ok(())
     }
 
-    fn advance(&mut self, steps: u64, needs: Needs, stop: &AtomicBool) -> Result<Reached, Fault> {
-        self.on_pool(|loaded| loaded.advance(steps, needs, stop))
+    fn advance(&mut self, steps: u64, needs: Needs, stop: &AtomicBool) -> Result<Reached, Stop> {
+        Ok(self.on_pool(|loaded| loaded.advance(steps, needs, stop))?)
     }
 
     fn step(&self) -> i64 {
         self.loaded().step()
     }
 
-    fn fetch(&self, state: &mut State) {
+    fn fetch(&self, state: &mut State) -> Result<(), Error> {
         self.loaded().fetch(state);
+        Ok(())
     }
 
-    fn sums(&mut self) -> Sums {
-        self.on_pool(|loaded| loaded.sums())
+    fn sums(&mut self) -> Result<Sums, Error> {
+        Ok(self.on_pool(|loaded| loaded.sums()))
     }
 
     fn simulation_box(&self) -> &SimulationBox {
@@ -151,8 +151,12 @@ impl Backend for CpuBackend {
         self.loaded().work()
     }
 
-    fn neighbor_counts(&self) -> Vec<u32> {
-        self.loaded().neighbor_counts()
+    fn neighbor_counts(&self) -> Result<Vec<u32>, Error> {
+        Ok(self.loaded().neighbor_counts())
+    }
+
+    fn pairs(&self) -> Result<Vec<Pair>, Error> {
+        Ok(self.loaded().pairs())
     }
 
     fn bytes(&self) -> usize {

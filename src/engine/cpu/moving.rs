@@ -2,7 +2,7 @@
 //! that pair arithmetic reads.
 
 use super::mode::{Mode, Slot};
-use super::particles::Particles;
+use crate::engine::particles::Particles;
 use crate::neighbor::{Cells, Grid};
 use crate::real::Isa;
 use crate::real::lanes::{Element, Simd, SimdVisitor, Work, with_simd};

@@ -3,7 +3,7 @@
 use super::block::{Block, Part};
 use super::force::{Kernel, PairSums, PairTask};
 use super::mode::{Mode, Shift, Slot};
-use super::ties::Ties;
+use crate::neighbor::ties::Ties;
 use crate::pair::PairStyle;
 use crate::pair::truncation::Truncation;
 use crate::real::lanes::{Element, Lanes, PairLanes, Simd, Tile, Work};

@@ -5,7 +5,7 @@ use super::block::{Block, Part, TileRun, Unit, particle_of};
 use super::list::Sorted;
 use super::membership::Membership;
 use super::mode::Shift;
-use super::particles::Particles;
+use crate::engine::particles::Particles;
 use crate::neighbor::Run;
 use crate::real::lanes::{FixedSlot, SearchLanes, Simd, SimdVisitor, Work};
 

@@ -41,7 +41,7 @@ impl Particles {
     /// Bytes of one particle in all arrays.
     pub const BYTES: usize = 2 * size_of::<Vec3>() + size_of::<[i32; 3]>() + 4 * size_of::<u32>();
 
-    /// Copies a state.
+    /// Copies a state, places in storage order.
     pub fn load(state: &State) -> Self {
         Self {
             x: state.x.clone(),

@@ -1,0 +1,108 @@
+// Pair forces: LANES threads a particle add up its row, always in the same order.
+
+#ifdef FIXED
+typedef int4 Near;
+#else
+typedef Slot Near;
+#endif
+
+// Adds one pair to the sums of a row.
+template <bool SUMS>
+__device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const Near& own, Near q, u32 code, real unit_squared, const real* one, real f[3], real sums[7]) {
+    real d[3];
+#ifdef FIXED
+#ifdef IMAGES
+    const int4 shift = a.fixed_shifts[code];
+    q.x += shift.x, q.y += shift.y, q.z += shift.z;
+#endif
+    d[0] = (real)(own.x - q.x), d[1] = (real)(own.y - q.y), d[2] = (real)(own.z - q.z);
+#ifdef SCALED
+    for (u32 axis = 0; axis < 3; axis++) d[axis] *= s.scale[axis];
+#endif
+    real r2 = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * unit_squared;
+#else
+#ifdef IMAGES
+    const Slot shift = a.shifts[code];
+    q.x += shift.x, q.y += shift.y, q.z += shift.z;
+#endif
+    d[0] = own.x - q.x, d[1] = own.y - q.y, d[2] = own.z - q.z;
+    real r2 = __dadd_rn(__dadd_rn(__dmul_rn(d[0], d[0]), __dmul_rn(d[1], d[1])), __dmul_rn(d[2], d[2]));
+#endif
+#if TYPES > 1
+    const real* p = a.coefficients + ((u32)own.w * TYPES + (u32)q.w) * NUMBERS;
+#else
+    const real* p = one;
+#endif
+    bool in = r2 < p[0];
+#if !defined(FIXED) && PERIODIC
+    // Across a side, rounding must decide for both rows of a pair alike.
+    if (code != s.no_image && fabs(r2 - p[0]) <= s.tie_band * p[0]) {
+        const int4 n = a.images[code];
+        const double image[3] = {(double)n.x, (double)n.y, (double)n.z};
+        const double xi[3] = {own.x, own.y, own.z}, xj[3] = {q.x - shift.x, q.y - shift.y, q.z - shift.z};
+        double exact;
+        tied_squared_distance(xi, xj, image, s, &exact);
+        in = exact < p[0];
+    }
+#endif
+    real force, energy;
+    if (SUMS) pair_both(r2, p, &force, &energy);
+    else pair_force(r2, p, &force);
+    force = in ? force : (real)0;
+    for (u32 axis = 0; axis < 3; axis++) f[axis] += force * d[axis];
+    if (SUMS) {
+        sums[0] += in ? energy : (real)0;
+        sums[1] += force * d[0] * d[0], sums[2] += force * d[1] * d[1], sums[3] += force * d[2] * d[2];
+        sums[4] += force * d[0] * d[1], sums[5] += force * d[0] * d[2], sums[6] += force * d[1] * d[2];
+    }
+}
+
+// Reads slots and the list; writes f, and with SUMS one set of energy and virial a block.
+template <bool SUMS> __device__ void pair_forces(const Arrays& a, const Scene& s, const Run& r) {
+    const u32 lane = threadIdx.x % LANES;
+    real one[NUMBERS];
+    for (u32 k = 0; k < NUMBERS; k++) one[k] = TYPES > 1 ? (real)0 : a.coefficients[k];
+    const real unit_squared = (real)s.unit_squared, force_unit = (real)s.force_unit;
+    double totals[7] = {0, 0, 0, 0, 0, 0, 0};
+    bool broken = false;
+    for (u32 i = THREAD / LANES; i < r.n; i += THREADS / LANES) {
+        const Near own = a.slots[i];
+        const u32 count = a.neighbors[i];
+        real f[3] = {0, 0, 0}, sums[7] = {0, 0, 0, 0, 0, 0, 0};
+        const Entry* row = a.list + (u64)i * LANES + lane;
+        asm volatile("// pair loop");
+#pragma unroll 4
+        for (u32 k = lane; k < count; k += LANES, row += s.pitch * LANES) {
+            const Entry entry = *row;
+#ifdef IMAGES
+            const u32 j = (u32)(entry & (((Entry)1 << INDEX_BITS) - 1)), code = (u32)(entry >> INDEX_BITS);
+#else
+            const u32 j = entry, code = 0;
+#endif
+            add_pair<SUMS>(a, s, own, a.slots[j], code, unit_squared, one, f, sums);
+        }
+        asm volatile("// end of pair loop");
+        const u32 shift = (threadIdx.x & 31) & ~(LANES - 1);
+        const u32 group = (LANES == 32 ? ~0u : ((1u << (LANES & 31)) - 1)) << shift;
+        for (u32 d = LANES / 2; d > 0; d >>= 1)
+            for (u32 axis = 0; axis < 3; axis++) f[axis] += __shfl_xor_sync(group, f[axis], d);
+        if (lane == 0) {
+            for (u32 axis = 0; axis < 3; axis++) {
+                const real force = f[axis] * force_unit;
+                broken |= !isfinite(force);
+                axis_of(a.f, s, axis)[i] = force;
+            }
+        }
+        if (SUMS) {
+            for (u32 k = 0; k < 7; k++) totals[k] += (double)sums[k];
+        }
+    }
+    if (broken) atomicOr(&a.control->force_trouble, TROUBLE_FORCE);
+    if (SUMS) {
+        __shared__ double scratch[32];
+        for (u32 k = 0; k < 7; k++) {
+            const double total = sum_block(totals[k], scratch);
+            if (threadIdx.x == 0) a.block_sums[blockIdx.x * 7 + k] = total;
+        }
+    }
+}

@@ -1,0 +1,120 @@
+// Positions, velocities, and what pair arithmetic reads of them.
+
+struct Point {
+    double x[3];
+};
+
+// Where a particle is, in double precision: `x` holds displacements since the last build where velocities are single.
+__device__ __forceinline__ Point position_of(const Arrays& a, const Scene& s, const Run& r, u32 k) {
+    Point p;
+    for (u32 axis = 0; axis < 3; axis++) {
+#ifdef DISPLACEMENTS
+        p.x[axis] = axis_of(side_of(a.held_x, s, r.parity, 3), s, axis)[k] + (double)axis_of(a.x, s, axis)[k];
+#else
+        p.x[axis] = axis_of(a.x, s, axis)[k];
+#endif
+    }
+    return p;
+}
+
+__device__ __forceinline__ u32 kind_of(const Arrays& a, const Scene& s, const Run& r, u32 k) {
+#if TYPES > 1
+    return side_of(a.held_kind, s, r.parity, 1)[k];
+#else
+    return 0;
+#endif
+}
+
+// Fixed-point coordinates, modulo 2^32.
+__device__ __forceinline__ int4 fixed_of(const Scene& s, const Point& p, u32 kind) {
+    int q[3];
+    for (u32 axis = 0; axis < 3; axis++) q[axis] = (int)__double2ll_rn((p.x[axis] - s.origin[axis]) * s.quanta[axis]);
+    return make_int4(q[0], q[1], q[2], (int)kind);
+}
+
+// What pair arithmetic reads.
+__device__ __forceinline__ void pack(const Arrays& a, const Scene& s, const Run& r, u32 k, const store x[3], u32 kind) {
+#ifdef FIXED
+#ifdef DISPLACEMENTS
+    const int4 then = a.fixed[k];
+    a.slots[k] = make_int4(then.x + __float2int_rn(x[0] * (float)s.quanta[0]), then.y + __float2int_rn(x[1] * (float)s.quanta[1]),
+                           then.z + __float2int_rn(x[2] * (float)s.quanta[2]), then.w);
+#else
+    const Point p = {{x[0], x[1], x[2]}};
+    a.slots[k] = fixed_of(s, p, kind);
+#endif
+#else
+    Point p;
+    for (u32 axis = 0; axis < 3; axis++) {
+#ifdef DISPLACEMENTS
+        p.x[axis] = axis_of(side_of(a.held_x, s, r.parity, 3), s, axis)[k] + (double)x[axis];
+#else
+        p.x[axis] = x[axis];
+#endif
+    }
+    Slot slot = {p.x[0], p.x[1], p.x[2], (double)kind};
+    a.slots[k] = slot;
+#endif
+}
+
+__device__ __forceinline__ void pack_particles(const Arrays& a, const Scene& s, const Run& r) {
+    for (u32 k = THREAD; k < r.n; k += THREADS) {
+        store x[3];
+        for (u32 axis = 0; axis < 3; axis++) x[axis] = axis_of(a.x, s, axis)[k];
+        pack(a, s, r, k, x, kind_of(a, s, r, k));
+    }
+}
+
+// A thread a particle: the second half of the last step, the first half of this one, and whether the particle has moved too
+// far since the last build. Reads and writes x, v; reads f; writes slots.
+template <bool INITIAL> __device__ __forceinline__ void move_particles(const Arrays& a, const Scene& s, const Run& r) {
+    const bool last = r.half_done;
+    if (!last && !INITIAL) return;
+    const store dt = (store)s.dt;
+    u32 far = 0;
+    for (u32 k = THREAD; k < r.n; k += THREADS) {
+        store x[3], v[3], f[3];
+        for (u32 axis = 0; axis < 3; axis++) {
+            x[axis] = axis_of(a.x, s, axis)[k];
+            v[axis] = axis_of(a.v, s, axis)[k];
+            f[axis] = (store)axis_of(a.f, s, axis)[k];
+        }
+        const u32 kind = kind_of(a, s, r, k);
+#ifdef MASSES
+        const store half_kick = a.half_kicks[kind];
+#else
+        const store half_kick = (store)s.half_kick;
+#endif
+#ifdef GROUPS
+        const u32 mask = side_of(a.held_mask, s, r.parity, 1)[k];
+#else
+        const u32 mask = 0;
+#endif
+        if (last) fixes_last(x, v, f, dt, half_kick, mask, s);
+        if (INITIAL) {
+            fixes_initial(x, v, f, dt, half_kick, mask, s);
+#if defined(CHECK) || defined(FIXED)
+            store d[3];
+            for (u32 axis = 0; axis < 3; axis++) {
+#ifdef DISPLACEMENTS
+                d[axis] = x[axis];
+#else
+                d[axis] = x[axis] - axis_of(side_of(a.held_x, s, r.parity, 3), s, axis)[k];
+#endif
+            }
+            const store moved = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+            // What is no number is too far as well: the build that follows finds it.
+#ifdef CHECK
+            far |= !(moved <= (store)s.trigger);
+#endif
+#ifdef FIXED
+            far |= !(moved <= (store)s.range) ? 2u : 0u;
+#endif
+#endif
+            for (u32 axis = 0; axis < 3; axis++) axis_of(a.x, s, axis)[k] = x[axis];
+            pack(a, s, r, k, x, kind);
+        }
+        for (u32 axis = 0; axis < 3; axis++) axis_of(a.v, s, axis)[k] = v[axis];
+    }
+    if (INITIAL && far) atomicOr(&a.control->moved[r.step % 3], far);
+}

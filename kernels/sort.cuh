@@ -1,0 +1,221 @@
+// Particles into the order of cells: wrapped, counted by octant, dealt out, ranked inside each octant, gathered.
+
+// Cell, octant and part of the octant of a wrapped position; returns whether the grid reaches there.
+__device__ __forceinline__ bool key_of(const Scene& s, const Point& p, u32 cell[3], u32* octant, u32* part) {
+    double c[3], e[3];
+    bool inside = true;
+    for (u32 axis = 0; axis < 3; axis++) {
+        locate(p.x[axis], s.grid_lo[axis], s.inverse_edge[axis], s.last_cell[axis], &c[axis], &e[axis]);
+        cell[axis] = (u32)c[axis];
+        // Beyond the last cell of a free axis a particle belongs to it, but fixed-point coordinates reach one cell further only.
+        const double place = (p.x[axis] - s.grid_lo[axis]) * s.inverse_edge[axis];
+        inside &= place >= -1.0 && place <= s.last_cell[axis] + 2.0;
+    }
+    const u32 ex = (u32)e[0], ey = (u32)e[1], ez = (u32)e[2];
+    *octant = ex >> 2 | ey >> 2 << 1 | ez >> 2 << 2;
+#ifdef COMPACT
+    *part = (ex >> 1 & 1) << 3 | (ey >> 1 & 1) << 4 | (ez >> 1 & 1) << 5 | (ex & 1) | (ey & 1) << 1 | (ez & 1) << 2;
+#else
+    *part = 0;
+#endif
+    return inside;
+}
+
+// Place of a cell in the table: cells far apart may share one where the grid is mostly empty.
+__device__ __forceinline__ u32 table_of(const Scene& s, u32 x, u32 y, u32 z) {
+#ifdef FOLDED
+    x %= s.table[0], y %= s.table[1], z %= s.table[2];
+#endif
+    return (z * s.table[1] + y) * s.table[0] + x;
+}
+
+__device__ __forceinline__ u64 cell_number(const u32 cell[3]) {
+    return (u64)cell[2] << 40 | (u64)cell[1] << 20 | cell[0];
+}
+
+// Brings a position into the box by one image at most; returns whether it is inside then.
+__device__ __forceinline__ bool wrap(const Scene& s, Point& p, int image[3]) {
+    bool inside = true;
+    for (u32 axis = 0; axis < 3; axis++) {
+        if (PERIODIC >> axis & 1) {
+            double wrapped, images;
+            wrap_once(p.x[axis], s.lo[axis], s.hi[axis], &wrapped, &images);
+            p.x[axis] = wrapped;
+            image[axis] += (int)images;
+        }
+        inside &= p.x[axis] >= s.lo[axis] && p.x[axis] < s.hi[axis];
+    }
+    return inside;
+}
+
+// Counts into first places: `counts` are set to zero on the way, `starts` gets one entry more. All blocks take part.
+__device__ void scan_counts(const Arrays& a, Run& r, u32* counts, u32* starts, u32 buckets) {
+    __shared__ u32 scratch[32];
+    const u32 share = ((buckets + gridDim.x - 1) / gridDim.x + blockDim.x - 1) / blockDim.x * blockDim.x;
+    const u64 begin = (u64)blockIdx.x * share;
+    const u64 end = begin + share < buckets ? begin + share : buckets;
+    u32 sum = 0;
+    for (u64 b = begin + threadIdx.x; b < end; b += blockDim.x) sum += counts[b];
+    sum = sum_block(sum, scratch);
+    if (threadIdx.x == 0) a.block_counts[blockIdx.x] = sum;
+    sync_grid(a, r);
+    u32 before = 0;
+    for (u32 b = threadIdx.x; b < blockIdx.x; b += blockDim.x) before += a.block_counts[b];
+    before = sum_block(before, scratch);
+    for (u64 first = begin; first < end; first += blockDim.x) {
+        const u64 b = first + threadIdx.x;
+        const u32 count = b < end ? counts[b] : 0;
+        u32 upto = count;
+        for (u32 d = 1; d < 32; d <<= 1) {
+            const u32 below = __shfl_up_sync(~0u, upto, d);
+            if ((threadIdx.x & 31) >= d) upto += below;
+        }
+        __syncthreads();
+        if ((threadIdx.x & 31) == 31) scratch[threadIdx.x >> 5] = upto;
+        __syncthreads();
+        u32 warps = 0, all = 0;
+        for (u32 w = 0; w < blockDim.x >> 5; w++) {
+            if (w < threadIdx.x >> 5) warps += scratch[w];
+            all += scratch[w];
+        }
+        if (b < end) {
+            starts[b] = before + warps + upto - count;
+            counts[b] = 0;
+        }
+        before += all;
+    }
+    if (THREAD == 0) starts[buckets] = r.n;
+    sync_grid(a, r);
+}
+
+// Whether particle j comes before k in their bucket.
+__device__ __forceinline__ bool comes_before(const Arrays& a, u32 j, u32 k) {
+#ifdef FOLDED
+    if (a.cell[j] != a.cell[k]) return a.cell[j] < a.cell[k];
+#endif
+    return a.tie[j] < a.tie[k];
+}
+
+// From buckets, ties and arrivals to the order of all particles: order[place] is the particle's place now.
+__device__ void order_particles(const Arrays& a, const Scene& s, Run& r, u32 buckets) {
+    scan_counts(a, r, a.counts, a.starts, buckets);
+    for (u32 k = THREAD; k < r.n; k += THREADS) a.dealt[a.starts[a.bucket[k]] + a.arrival[k]] = k;
+    sync_grid(a, r);
+    for (u32 p = THREAD; p < r.n; p += THREADS) {
+        const u32 k = a.dealt[p], bucket = a.bucket[k];
+        const u32 first = a.starts[bucket], end = a.starts[bucket + 1];
+        u32 rank = 0;
+        for (u32 q = first; q < end; q++) rank += comes_before(a, a.dealt[q], k);
+        a.order[first + rank] = k;
+    }
+    sync_grid(a, r);
+}
+
+#ifdef STORAGE_SORT
+// Storage order by LAMMPS's bins; inside a bin it stays. Writes new_home.
+__device__ void sort_storage(const Arrays& a, const Scene& s, Run& r) {
+    for (u32 k = THREAD; k < r.n; k += THREADS) {
+        Point p = position_of(a, s, r, k);
+        int image[3] = {0, 0, 0};
+        wrap(s, p, image);
+        u32 bin[3];
+        for (u32 axis = 0; axis < 3; axis++) {
+            const double place = floor(__dmul_rn(__dsub_rn(p.x[axis], s.lo[axis]), s.storage_inverse[axis]));
+            bin[axis] = (u32)fmin(fmax(place, 0.0), (double)(s.storage_bins[axis] - 1));
+        }
+        const u32 bucket = (bin[2] * s.storage_bins[1] + bin[1]) * s.storage_bins[0] + bin[0];
+        a.bucket[k] = bucket;
+#ifdef FOLDED
+        a.cell[k] = 0;
+#endif
+        a.tie[k] = side_of(a.held_home, s, r.parity, 1)[k];
+        a.arrival[k] = atomicAdd(&a.counts[bucket], 1u);
+    }
+    sync_grid(a, r);
+    order_particles(a, s, r, s.storage_bins[0] * s.storage_bins[1] * s.storage_bins[2]);
+    for (u32 home = THREAD; home < r.n; home += THREADS) a.new_home[a.order[home]] = home;
+    sync_grid(a, r);
+}
+#endif
+
+// Wraps and sorts the particles: from x, v and one side of what is held to its other side. Returns what stops it, if anything.
+__device__ u32 sort_particles(const Arrays& a, const Scene& s, Run& r, bool set_up) {
+    u32 trouble = 0;
+    for (u32 k = THREAD; k < r.n; k += THREADS) {
+        Point p = position_of(a, s, r, k);
+        int image[3] = {0, 0, 0};
+        bool finite = true;
+        for (u32 axis = 0; axis < 3; axis++)
+            finite &= isfinite(p.x[axis]) && isfinite(axis_of(a.v, s, axis)[k]);
+        if (!finite) trouble |= TROUBLE_POSITION;
+        else if (!wrap(s, p, image)) trouble |= TROUBLE_LOST;
+        u32 cell[3] = {0, 0, 0}, octant = 0, part = 0;
+        if (!trouble && !key_of(s, p, cell, &octant, &part)) trouble |= TROUBLE_GRID;
+        const u32 bucket = table_of(s, cell[0], cell[1], cell[2]) * 8 + octant;
+        a.bucket[k] = bucket;
+#ifdef FOLDED
+        a.cell[k] = cell_number(cell);
+#endif
+        a.tie[k] = (u64)part << 32 | side_of(a.held_id, s, r.parity, 1)[k];
+    }
+    if (trouble) atomicOr(&a.control->sort_trouble, trouble);
+    sync_grid(a, r);
+    trouble = read_flag(&a.control->sort_trouble);
+    if (trouble) return trouble;
+#ifdef STORAGE_SORT
+    const bool sorted = set_up || r.step >= r.next_sort;
+    if (sorted) {
+        sort_storage(a, s, r);
+        r.next_sort = (r.step / s.storage_every + 1) * s.storage_every;
+    }
+#endif
+    for (u32 k = THREAD; k < r.n; k += THREADS) {
+#ifdef STORAGE_SORT
+        if (sorted) {
+            // Storage sort has used these arrays.
+            Point p = position_of(a, s, r, k);
+            int image[3] = {0, 0, 0};
+            wrap(s, p, image);
+            u32 cell[3], octant, part;
+            key_of(s, p, cell, &octant, &part);
+            a.bucket[k] = table_of(s, cell[0], cell[1], cell[2]) * 8 + octant;
+#ifdef FOLDED
+            a.cell[k] = cell_number(cell);
+#endif
+            a.tie[k] = (u64)part << 32 | side_of(a.held_id, s, r.parity, 1)[k];
+        }
+#endif
+        a.arrival[k] = atomicAdd(&a.counts[a.bucket[k]], 1u);
+    }
+    sync_grid(a, r);
+    order_particles(a, s, r, s.buckets);
+    const u32 to = r.parity ^ 1;
+    for (u32 t = THREAD; t < r.n; t += THREADS) {
+        const u32 k = a.order[t];
+        Point p = position_of(a, s, r, k);
+        int image[3];
+        for (u32 axis = 0; axis < 3; axis++) image[axis] = axis_of(side_of(a.held_image, s, r.parity, 3), s, axis)[k];
+        wrap(s, p, image);
+        for (u32 axis = 0; axis < 3; axis++) {
+            axis_of(side_of(a.held_x, s, to, 3), s, axis)[t] = p.x[axis];
+            axis_of(side_of(a.held_v, s, to, 3), s, axis)[t] = axis_of(a.v, s, axis)[k];
+            axis_of(side_of(a.held_image, s, to, 3), s, axis)[t] = image[axis];
+        }
+        side_of(a.held_id, s, to, 1)[t] = side_of(a.held_id, s, r.parity, 1)[k];
+        side_of(a.held_source, s, to, 1)[t] = side_of(a.held_source, s, r.parity, 1)[k];
+#ifdef STORAGE_SORT
+        side_of(a.held_home, s, to, 1)[t] = sorted ? a.new_home[k] : side_of(a.held_home, s, r.parity, 1)[k];
+#endif
+#if TYPES > 1
+        side_of(a.held_kind, s, to, 1)[t] = side_of(a.held_kind, s, r.parity, 1)[k];
+#endif
+#ifdef GROUPS
+        side_of(a.held_mask, s, to, 1)[t] = side_of(a.held_mask, s, r.parity, 1)[k];
+#endif
+        a.fixed[t] = fixed_of(s, p, kind_of(a, s, r, k));
+    }
+    if (THREAD == 0) a.control->entries = a.control->tests = 0;
+    sync_grid(a, r);
+    r.parity = to;
+    return 0;
+}

@@ -1,0 +1,653 @@
+//! A program with its particles on the device: launches, and what the host does between them.
+
+use std::ffi::c_void;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use super::compiler::Compiler;
+use super::device::{Buffer, Kernel, Module, Plain};
+use super::layout::*;
+use super::memory::{Memory, Sizes, Values};
+use super::plan::{Given, Plan, Tuning};
+use super::shape::Shape;
+use super::source::source;
+use crate::engine::Precision;
+use crate::engine::backend::{Pair, Reached, StageSeconds, Stop};
+use crate::engine::fault::{Fault, FaultKind};
+use crate::engine::observer::{Needs, NeighborStatistics, Sums};
+use crate::engine::particles::Particles;
+use crate::engine::program::Program;
+use crate::engine::trouble::Scene as Situation;
+use crate::neighbor::{Policy, estimate};
+use crate::system::{LostAtoms, SimulationBox, State, Vec3};
+
+/// Wall seconds that a launch may take, so that an interrupted run stops soon.
+const LAUNCH_SECONDS: f64 = 0.1;
+
+/// Room in rows beyond the mean of an even spread, and beyond what was asked for when they grow.
+const ROOM: f64 = 1.4;
+const GROWTH: f64 = 1.1;
+
+/// Compiled kernels of a shape.
+pub struct Compiled {
+    shape: Shape,
+    _module: Module,
+    pub advance: Kernel,
+    pub kinetic: Kernel,
+    pub ptx: String,
+    /// Blocks of a launch.
+    pub blocks: u32,
+}
+
+/// Ids, types and groups as they were loaded; the device knows particles by their place here.
+#[derive(Default)]
+struct Sources {
+    id: Vec<u32>,
+    kind: Vec<u32>,
+    mask: Vec<u32>,
+}
+
+/// A program with its particles.
+pub struct Engine {
+    pub program: Arc<Program>,
+    precision: Precision,
+    tuning: Tuning,
+    pub simulation_box: SimulationBox,
+    held_box: SimulationBox,
+    held_step: i64,
+    sources: Sources,
+    /// There is a list.
+    built: bool,
+    /// Particles before the first set-up.
+    loaded: Option<Particles>,
+    pub plan: Plan,
+    pub compiled: Compiled,
+    sizes: Sizes,
+    pub memory: Memory,
+    /// As the last launch left it.
+    pub control: Control,
+    /// Energy (half pairs) and virial, as the last launch that was asked for them left them.
+    pair_sums: [f64; 7],
+    pub lost: usize,
+    /// Times that arrays had to grow, or the grid to move.
+    pub redone: u32,
+    seconds_per_step: f64,
+    base: [u64; 5],
+    /// The wall time that the first set-up took beyond opening the device.
+    pub start_up: f64,
+    /// Last, as the device has to outlive what is on it.
+    compiler: Rc<Compiler>,
+}
+
+impl Engine {
+    pub fn new(
+        compiler: Rc<Compiler>,
+        program: Arc<Program>,
+        state: &State,
+        simulation_box: &SimulationBox,
+        step: i64,
+        precision: Precision,
+        tuning: Tuning,
+    ) -> Result<Self, String> {
+        let clock = Instant::now();
+        compiler.device.bind()?;
+        let particles = Particles::load(state);
+        let mut simulation_box = simulation_box.clone();
+        shrink(&mut simulation_box, &particles);
+        let plan = plan_of(&program, &simulation_box, &particles, precision, false, tuning);
+        let compiled = compile(&compiler, &program, &plan.shape, particles.len())?;
+        let sources = Sources { id: particles.id.clone(), kind: particles.kind.clone(), mask: particles.mask.clone() };
+        let mut engine = Self {
+            held_box: simulation_box.clone(),
+            held_step: step,
+            compiler,
+            program,
+            precision,
+            tuning,
+            simulation_box,
+            sources,
+            built: false,
+            loaded: None,
+            plan,
+            compiled,
+            sizes: Sizes::default(),
+            memory: Memory::default(),
+            control: Control { step, next_sort: step, ..Control::default() },
+            pair_sums: [0.0; 7],
+            lost: 0,
+            redone: 0,
+            seconds_per_step: 0.0,
+            base: [0; 5],
+            start_up: 0.0,
+        };
+        engine.allocate(&particles, state)?;
+        engine.loaded = Some(particles);
+        engine.start_up = clock.elapsed().as_secs_f64();
+        Ok(engine)
+    }
+
+    /// Arrays for the current plan and so many particles.
+    fn allocate(&mut self, particles: &Particles, state: &State) -> Result<(), String> {
+        let n = particles.len();
+        let plan = &self.plan;
+        let radius = self.program.pair.neighbor_cutoffs(self.program.policy.skin).into_iter().fold(0.0, f64::max);
+        let bytes = estimate::ListBytes { entry: plan.shape.entry(), stretch: 0 };
+        let each = estimate::estimate(state, &self.simulation_box, radius, bytes).entries / n.max(1) as f64;
+        let rows = self.tuning.capacity.map_or(each * ROOM + 16.0, f64::from).min(2e9);
+        let values = Values {
+            visits: plan.visits.len() as u64,
+            types: plan.shape.types as u64,
+            coefficients: plan.coefficients.len() as u64,
+            codes: plan.images.len() as u64,
+        };
+        self.sizes = Sizes {
+            pitch: (n as u64).next_multiple_of(32).max(32),
+            buckets: plan.most_buckets,
+            blocks: self.compiled.blocks.into(),
+            list: 0,
+            values,
+        };
+        self.set_capacity(rows as u32);
+        self.memory = Memory::default();
+        self.memory = Memory::new(&self.compiler.device, &self.plan.shape, &self.sizes, n)?;
+        self.write_constants()
+    }
+
+    fn set_capacity(&mut self, wanted: u32) {
+        let lanes = self.plan.shape.lanes;
+        let capacity = wanted.max(1).next_multiple_of(lanes);
+        (self.plan.scene.capacity, self.plan.scene.pitch) = (capacity, self.sizes.pitch);
+        self.sizes.list = u64::from(capacity) * self.sizes.pitch;
+    }
+
+    fn write_constants(&self) -> Result<(), String> {
+        let Plan {
+            shape, visits, visit_starts, limits, coefficients, images, fixed_shifts, shifts, half_kicks, ..
+        } = &self.plan;
+        let at = |name| self.memory.get(name);
+        at("visits").write(0, visits)?;
+        at("visit_starts").write(0, visit_starts)?;
+        at("limits").write(0, limits)?;
+        write_reals(at("coefficients"), coefficients, shape.double_pairs)?;
+        at("masses").write(0, &self.program.masses)?;
+        write_reals(at("half_kicks"), half_kicks, shape.double_store)?;
+        for (name, values) in [("fixed_shifts", fixed_shifts), ("images", images)] {
+            if let Some(buffer) = self.memory.find(name) {
+                buffer.write(0, values)?;
+            }
+        }
+        self.memory.find("shifts").map_or(Ok(()), |buffer| buffer.write(0, shifts))
+    }
+
+    /// Puts particles on the device, to be sorted and listed from there.
+    fn write_particles(&mut self, particles: &Particles) -> Result<(), String> {
+        let pitch = self.sizes.pitch as usize;
+        let shape = &self.plan.shape;
+        let column = |from: &[Vec3], axis: usize| -> Vec<f64> { from.iter().map(|x| x[axis]).collect() };
+        let at = |name| self.memory.get(name);
+        for axis in 0..3 {
+            let (x, v) = (column(&particles.x, axis), column(&particles.v, axis));
+            at("held_x").write(axis * pitch, &x)?;
+            if shape.double_store {
+                at("x").write(axis * pitch, &x)?;
+                at("v").write(axis * pitch, &v)?;
+                at("held_v").write(axis * pitch, &v)?;
+            } else {
+                let v: Vec<f32> = v.iter().map(|v| *v as f32).collect();
+                at("x").write(axis * pitch, &vec![0.0f32; v.len()])?;
+                at("v").write(axis * pitch, &v)?;
+                at("held_v").write(axis * pitch, &v)?;
+            }
+            let image: Vec<i32> = particles.image.iter().map(|image| image[axis]).collect();
+            at("held_image").write(axis * pitch, &image)?;
+        }
+        at("held_id").write(0, &particles.id)?;
+        at("held_source").write(0, &particles.home)?;
+        for (name, values) in
+            [("held_home", &particles.home), ("held_kind", &particles.kind), ("held_mask", &particles.mask)]
+        {
+            if let Some(buffer) = self.memory.find(name) {
+                buffer.write(0, values)?;
+            }
+        }
+        at("counts").clear()?;
+        self.control.n = particles.len() as u32;
+        self.control.parity = 0;
+        Ok(())
+    }
+
+    /// Brings back particles as they are now, or as the last build left them; in the order of that build.
+    fn read_particles(&self, now: bool) -> Result<Particles, String> {
+        let (n, pitch) = (self.control.n as usize, self.sizes.pitch as usize);
+        let side = self.control.parity as usize;
+        let store = self.plan.shape.double_store;
+        let read = |name: &str, at: usize| read_reals(self.memory.get(name), at, n, store);
+        let mut axes: [(Vec<f64>, Vec<f64>, Vec<i32>); 3] = Default::default();
+        for (axis, to) in axes.iter_mut().enumerate() {
+            let at = (side * 3 + axis) * pitch;
+            let mut x: Vec<f64> = self.memory.get("held_x").read(at, n)?;
+            let v = if now { read("v", axis * pitch)? } else { read("held_v", at)? };
+            if now {
+                let moved = read("x", axis * pitch)?;
+                if store {
+                    x = moved;
+                } else {
+                    x.iter_mut().zip(moved).for_each(|(x, d)| *x += d);
+                }
+            }
+            *to = (x, v, self.memory.get("held_image").read(at, n)?);
+        }
+        let source: Vec<u32> = self.memory.get("held_source").read(side * pitch, n)?;
+        let home = match self.memory.find("held_home") {
+            Some(buffer) => buffer.read(side * pitch, n)?,
+            None => source.clone(),
+        };
+        let of = |values: &[u32]| source.iter().map(|k| values[*k as usize]).collect();
+        let [(x, vx, ix), (y, vy, iy), (z, vz, iz)] = axes;
+        Ok(Particles {
+            x: (0..n).map(|k| Vec3::new(x[k], y[k], z[k])).collect(),
+            v: (0..n).map(|k| Vec3::new(vx[k], vy[k], vz[k])).collect(),
+            image: (0..n).map(|k| [ix[k], iy[k], iz[k]]).collect(),
+            kind: of(&self.sources.kind),
+            id: of(&self.sources.id),
+            mask: of(&self.sources.mask),
+            home,
+        })
+    }
+
+    /// Set-up of a run.
+    pub fn set_up(&mut self, needs: Needs) -> Result<(), Stop> {
+        self.control.builds = 0;
+        self.control.dangerous = 0;
+        let particles = match self.loaded.take() {
+            Some(particles) => particles,
+            None => self.read_particles(true)?,
+        };
+        self.control.half_done = 0;
+        let order = Order { steps: 0, begin: BEGIN_BUILD, sums: needs.sums().into(), finish: 0, set_up: 1 };
+        self.build_from(particles, order)?;
+        self.base = self.control.nanoseconds;
+        Ok(())
+    }
+
+    /// A build that begins on the host: particles are looked at, the box and the grid follow them.
+    fn build_from(&mut self, mut particles: Particles, order: Order) -> Result<(), Stop> {
+        // In storage order, by which the device knows particles from here on.
+        let mut state = State::default();
+        particles.store(&mut state);
+        particles = Particles::load(&state);
+        let broken = particles.broken();
+        if !broken.is_empty() {
+            return Err(self.fault(FaultKind::Position, &particles, &broken)?.into());
+        }
+        shrink(&mut self.simulation_box, &particles);
+        let mut wrapped = Particles::default();
+        wrapped.copy_from(&particles);
+        let lost = wrapped.wrap(&self.simulation_box);
+        if !lost.is_empty() {
+            if self.program.lost == LostAtoms::Error {
+                let held = self.held()?;
+                return Err(self.situation(&wrapped, &held).lost(&lost).into());
+            }
+            self.lost += lost.len();
+            wrapped.remove(&lost, &self.simulation_box);
+            wrapped.store(&mut state);
+            particles = Particles::load(&state);
+        }
+        let plan = plan_of(
+            &self.program,
+            &self.simulation_box,
+            &particles,
+            self.precision,
+            self.plan.shape.double_pairs,
+            self.tuning,
+        );
+        let n = particles.len();
+        let (capacity, fits) = (self.plan.scene.capacity, n as u64 <= self.sizes.pitch);
+        let fits =
+            fits && plan.most_buckets <= self.sizes.buckets && plan.visits.len() as u64 <= self.sizes.values.visits;
+        let same = plan.shape == self.compiled.shape;
+        self.plan = plan;
+        if !same {
+            self.compiled = compile(&self.compiler, &self.program, &self.plan.shape, n)?;
+        }
+        if same && fits {
+            self.set_capacity(capacity);
+            self.write_constants()?;
+        } else {
+            self.allocate(&particles, &state)?;
+        }
+        self.sources = Sources { id: particles.id.clone(), kind: particles.kind.clone(), mask: particles.mask.clone() };
+        self.write_particles(&particles)?;
+        self.go(order)
+    }
+
+    /// Runs steps in launches of bounded length; what `needs` asks for is computed at the last step.
+    pub fn advance(&mut self, steps: u64, needs: Needs, stop: &AtomicBool) -> Result<Reached, Stop> {
+        let mut left = steps;
+        while left > 0 {
+            let bound = if self.seconds_per_step > 0.0 { LAUNCH_SECONDS / self.seconds_per_step } else { 8.0 };
+            let now = left.min((bound as u64).max(1));
+            let end = now == left;
+            let (sums, finish) = ((end && needs.sums()).into(), end.into());
+            let clock = Instant::now();
+            self.go(Order { steps: now, begin: BEGIN_MOVE, sums, finish, set_up: 0 })?;
+            self.seconds_per_step = clock.elapsed().as_secs_f64() / now as f64;
+            left -= now;
+            if stop.load(Ordering::Relaxed) {
+                if !(end && needs.energy && needs.virial) {
+                    // Whoever looks at the last step may want its sums.
+                    self.go(Order { steps: 0, begin: BEGIN_FORCE, sums: 1, finish: 1, set_up: 0 })?;
+                }
+                return Ok(Reached::Interrupted);
+            }
+        }
+        Ok(Reached::End)
+    }
+
+    /// Carries an order out, whatever the host has to do in between.
+    fn go(&mut self, mut order: Order) -> Result<(), Stop> {
+        loop {
+            self.launch(&order)?;
+            let Control { trouble, left, begin, .. } = self.control;
+            if trouble == 0 {
+                return Ok(());
+            }
+            (order.steps, order.begin) = (left, begin);
+            self.redone += 1;
+            if trouble & TROUBLE_CAPACITY != 0 {
+                let wanted = (f64::from(self.control.wanted) * GROWTH) as u32 + 8;
+                self.set_capacity(wanted);
+                let n = self.control.n as usize;
+                self.memory.renew("list", &self.compiler.device, &self.plan.shape, &self.sizes, n)?;
+            } else if trouble & TROUBLE_FORCE != 0 {
+                return self.force_fault();
+            } else if trouble & TROUBLE_RANGE != 0 {
+                order = self.fall_back(order)?;
+            } else {
+                let particles = self.read_particles(true)?;
+                return self.build_from(particles, order);
+            }
+        }
+    }
+
+    /// Goes over to pair arithmetic in double precision, with the list as it is: particles have moved further since the build
+    /// than fixed-point coordinates stand, which a script without rebuilds allows.
+    fn fall_back(&mut self, order: Order) -> Result<Order, Stop> {
+        let control = self.control;
+        let (mut then, mut now) = (State::default(), State::default());
+        let held = self.read_particles(false)?;
+        held.store(&mut then);
+        self.read_particles(true)?.store(&mut now);
+        self.plan.shape.double_pairs = true;
+        self.build_from(held, Order { steps: 0, begin: BEGIN_BUILD, sums: 0, finish: 0, set_up: 0 })?;
+        let Control { n, parity, entries, tests, .. } = self.control;
+        self.control = Control { n, parity, entries, tests, ..control };
+        let (pitch, count, store) = (self.sizes.pitch as usize, n as usize, self.plan.shape.double_store);
+        let source: Vec<u32> = self.memory.get("held_source").read(parity as usize * pitch, count)?;
+        for axis in 0..3 {
+            let column = |of: &dyn Fn(usize) -> f64| -> Vec<f64> { source.iter().map(|k| of(*k as usize)).collect() };
+            let kept = |k: usize| if store { now.x[k][axis] } else { now.x[k][axis] - then.x[k][axis] };
+            write_reals_at(self.memory.get("x"), axis * pitch, &column(&kept), store)?;
+            write_reals_at(self.memory.get("v"), axis * pitch, &column(&|k| now.v[k][axis]), store)?;
+        }
+        Ok(Order { begin: BEGIN_PACK, ..order })
+    }
+
+    fn launch(&mut self, order: &Order) -> Result<(), String> {
+        let device = &self.compiler.device;
+        device.bind()?;
+        let control = self.memory.get("control");
+        (self.control.wanted, self.control.barrier) = (0, 0);
+        (self.control.sort_trouble, self.control.force_trouble) = (0, 0);
+        (self.control.entries, self.control.tests) = match order.begin {
+            BEGIN_LIST => (0, 0),
+            _ => (self.control.entries, self.control.tests),
+        };
+        control.write(0, &[self.control])?;
+        let (table, scene) = (self.memory.table.as_ptr(), &self.plan.scene as *const Scene);
+        let parameters = [table.cast::<c_void>(), scene.cast(), (order as *const Order).cast()];
+        self.compiled.advance.launch(self.compiled.blocks, BLOCK, &parameters)?;
+        device.wait()?;
+        let builds = self.control.builds;
+        self.control = control.read(0, 1)?[0];
+        let sorted = self.control.trouble & (TROUBLE_POSITION | TROUBLE_LOST | TROUBLE_GRID) == 0;
+        self.built |= sorted;
+        if self.control.builds != builds || (sorted && order.begin == BEGIN_BUILD) {
+            self.held_box.clone_from(&self.simulation_box);
+            self.held_step = self.control.step - self.control.ago as i64;
+        }
+        if order.sums != 0 && self.control.trouble == 0 {
+            self.pair_sums = self.block_sums()?;
+        }
+        Ok(())
+    }
+
+    /// Sums over the blocks, in their order.
+    fn block_sums(&self) -> Result<[f64; 7], String> {
+        let all: Vec<f64> = self.memory.get("block_sums").read(0, 7 * self.compiled.blocks as usize)?;
+        let mut sums = [0.0; 7];
+        for block in all.chunks_exact(7) {
+            sums.iter_mut().zip(block).for_each(|(sum, part)| *sum += part);
+        }
+        Ok(sums)
+    }
+
+    pub fn sums(&mut self) -> Result<Sums, String> {
+        let device = &self.compiler.device;
+        device.bind()?;
+        let (table, scene) = (self.memory.table.as_ptr(), &self.plan.scene as *const Scene);
+        self.compiled.kinetic.launch(self.compiled.blocks, BLOCK, &[table.cast::<c_void>(), scene.cast()])?;
+        device.wait()?;
+        let kinetic = self.block_sums()?;
+        let (scene, energy) = (&self.plan.scene, self.plan.energy);
+        // Every pair stands in two rows.
+        Ok(Sums {
+            kinetic: std::array::from_fn(|k| kinetic[k]),
+            potential: 0.5 * energy * self.pair_sums[0],
+            virial: std::array::from_fn(|k| 0.5 * scene.force_unit * self.plan.unit * self.pair_sums[k + 1]),
+        })
+    }
+
+    fn situation<'a>(&'a self, now: &'a Particles, held: &'a Particles) -> Situation<'a> {
+        let (held_box, held_step) = (&self.held_box, self.held_step);
+        Situation { step: self.control.step, now, now_box: &self.simulation_box, held, held_box, held_step }
+    }
+
+    /// Particles as the last build left them; none before the first.
+    fn held(&self) -> Result<Particles, String> {
+        if self.built { self.read_particles(false) } else { Ok(Particles::default()) }
+    }
+
+    fn fault(&self, kind: FaultKind, now: &Particles, places: &[usize]) -> Result<Fault, String> {
+        let held = self.held()?;
+        Ok(self.situation(now, &held).fault(kind, places))
+    }
+
+    fn force_fault(&mut self) -> Result<(), Stop> {
+        let now = self.read_particles(true)?;
+        let f = self.forces()?;
+        let broken: Vec<usize> = (0..f.len()).filter(|k| !f[*k].iter().all(|c| c.is_finite())).collect();
+        Err(self.fault(FaultKind::Force, &now, &broken)?.into())
+    }
+
+    /// Forces in the order of the last build, force units.
+    fn forces(&self) -> Result<Vec<Vec3>, String> {
+        let (n, pitch) = (self.control.n as usize, self.sizes.pitch as usize);
+        let axis = |a: usize| read_reals(self.memory.get("f"), a * pitch, n, self.plan.shape.double_pairs);
+        let (x, y, z) = (axis(0)?, axis(1)?, axis(2)?);
+        Ok((0..n).map(|k| Vec3::new(x[k], y[k], z[k])).collect())
+    }
+
+    pub fn fetch(&self, state: &mut State) -> Result<(), String> {
+        self.compiler.device.bind()?;
+        if let Some(particles) = &self.loaded {
+            particles.store(state);
+            return Ok(());
+        }
+        let particles = self.read_particles(true)?;
+        particles.store(state);
+        for (home, f) in particles.home.iter().zip(self.forces()?) {
+            state.f[*home as usize] = f;
+        }
+        Ok(())
+    }
+
+    /// Takes over what a script may change without a set-up.
+    pub fn go_on(&mut self, program: &Program, state: &State, step: i64) -> Result<(), String> {
+        self.compiler.device.bind()?;
+        let policy = Policy { skin: self.program.policy.skin, ..program.policy };
+        let (timestep, masses, lost) = (program.timestep, program.masses.clone(), program.lost);
+        self.program = Arc::new(Program { policy, timestep, masses, lost, ..Program::clone(&self.program) });
+        self.control.step = step;
+        self.base = self.control.nanoseconds;
+        let shape = Shape::new(&self.program, &self.simulation_box, self.precision);
+        let Shape { rebuilds, check, masses, .. } = shape;
+        let wanted = Shape { rebuilds, check, masses, ..self.plan.shape.clone() };
+        if wanted != self.compiled.shape {
+            self.plan.shape = wanted;
+            let blocks = self.compiled.blocks;
+            self.compiled = compile(&self.compiler, &self.program, &self.plan.shape, self.control.n as usize)?;
+            self.compiled.blocks = self.compiled.blocks.min(blocks);
+        }
+        let scene = &mut self.plan.scene;
+        (scene.dt, scene.every, scene.delay) = (timestep, policy.every, policy.delay);
+        self.plan.half_kicks = self.program.half_kicks();
+        scene.half_kick = self.plan.half_kicks[0];
+        self.write_constants()?;
+        let particles = self.read_particles(true)?;
+        let pitch = self.sizes.pitch as usize;
+        for axis in 0..3 {
+            let v: Vec<f64> = particles.home.iter().map(|home| state.v[*home as usize][axis]).collect();
+            write_reals_at(self.memory.get("v"), axis * pitch, &v, self.plan.shape.double_store)?;
+        }
+        let side = self.control.parity as usize;
+        let source: Vec<u32> = self.memory.get("held_source").read(side * pitch, particles.len())?;
+        for (source, home) in source.iter().zip(&particles.home) {
+            self.sources.mask[*source as usize] = state.mask[*home as usize];
+        }
+        if let Some(buffer) = self.memory.find("held_mask") {
+            let mask: Vec<u32> = source.iter().map(|k| self.sources.mask[*k as usize]).collect();
+            buffer.write(side * pitch, &mask)?;
+        }
+        Ok(())
+    }
+
+    pub fn neighbor_counts(&self) -> Result<Vec<u32>, String> {
+        self.compiler.device.bind()?;
+        let particles = self.read_particles(false)?;
+        let row: Vec<u32> = self.memory.get("neighbors").read(0, particles.len())?;
+        let mut counts = vec![0; particles.len()];
+        for (home, count) in particles.home.iter().zip(row) {
+            counts[*home as usize] = count;
+        }
+        Ok(counts)
+    }
+
+    /// All pairs of the list, sorted.
+    pub fn pairs(&self) -> Result<Vec<Pair>, String> {
+        self.compiler.device.bind()?;
+        let held = self.read_particles(false)?;
+        let (n, pitch, shape) = (held.len(), self.sizes.pitch as usize, &self.plan.shape);
+        let lanes = shape.lanes as usize;
+        let row: Vec<u32> = self.memory.get("neighbors").read(0, n)?;
+        let list = self.memory.get("list");
+        let entries: Vec<u64> = if shape.wide_entries {
+            list.read(0, self.sizes.list as usize)?
+        } else {
+            list.read::<u32>(0, self.sizes.list as usize)?.into_iter().map(u64::from).collect()
+        };
+        let lengths = self.held_box.lengths();
+        let mut pairs = Vec::new();
+        for i in 0..n {
+            for k in 0..row[i] as usize {
+                let entry = entries[(k / lanes * pitch + i) * lanes + k % lanes];
+                let j = (entry & ((1 << shape.index_bits) - 1)) as usize;
+                let image = if shape.images {
+                    let [x, y, z, _] = self.plan.images[(entry >> shape.index_bits) as usize];
+                    [x, y, z]
+                } else {
+                    // Coordinates go around with the box: the nearest image is the only one in reach.
+                    let images = |a: usize| ((held.x[i][a] - held.x[j][a]) / lengths[a]).round() as i32;
+                    std::array::from_fn(|a| if self.simulation_box.periodic(a) { images(a) } else { 0 })
+                };
+                pairs.push((held.id[i], held.id[j], image));
+            }
+        }
+        pairs.sort_unstable();
+        Ok(pairs)
+    }
+
+    pub fn statistics(&self) -> NeighborStatistics {
+        let dangerous = self.program.policy.check.then_some(self.control.dangerous);
+        NeighborStatistics { builds: self.control.builds, dangerous, pairs: self.control.entries / 2 }
+    }
+
+    pub fn seconds(&self) -> StageSeconds {
+        let stage = |k: u32| (self.control.nanoseconds[k as usize] - self.base[k as usize]) as f64 * 1e-9;
+        StageSeconds {
+            pair: stage(STAGE_PAIR),
+            check: 0.0,
+            sort: stage(STAGE_SORT),
+            list: stage(STAGE_LIST),
+            modify: stage(STAGE_MODIFY),
+        }
+    }
+}
+
+fn shrink(simulation_box: &mut SimulationBox, particles: &Particles) {
+    if simulation_box.shrinks() && particles.len() > 0 {
+        let (low, high) = particles.bounds();
+        simulation_box.shrink_wrap(&[low, high]);
+    }
+}
+
+fn plan_of(
+    program: &Program,
+    simulation_box: &SimulationBox,
+    particles: &Particles,
+    precision: Precision,
+    double_pairs: bool,
+    tuning: Tuning,
+) -> Plan {
+    let (bounds, n) = (particles.bounds(), particles.len());
+    Plan::new(&Given { program, simulation_box, bounds, n, precision, double_pairs, tuning })
+}
+
+fn compile(compiler: &Compiler, program: &Program, shape: &Shape, n: usize) -> Result<Compiled, String> {
+    let kernels = compiler.kernels(&source(program, shape))?;
+    let module = Module::load(&kernels.cubin)?;
+    let advance = module.kernel("advance", BLOCK)?;
+    let kinetic = module.kernel("kinetic", BLOCK)?;
+    let processors = compiler.device.multiprocessors;
+    let resident = processors * advance.resident.min(kinetic.resident).max(1);
+    let useful = (n as u64 * u64::from(shape.lanes.max(shape.build_lanes))).div_ceil(BLOCK.into());
+    let blocks = useful.clamp(processors.into(), resident.into()) as u32;
+    Ok(Compiled { shape: shape.clone(), _module: module, advance, kinetic, ptx: kernels.ptx, blocks })
+}
+
+fn write_reals(buffer: &Buffer, values: &[f64], double: bool) -> Result<(), String> {
+    write_reals_at(buffer, 0, values, double)
+}
+
+fn write_reals_at(buffer: &Buffer, at: usize, values: &[f64], double: bool) -> Result<(), String> {
+    if double {
+        buffer.write(at, values)
+    } else {
+        let values: Vec<f32> = values.iter().map(|x| *x as f32).collect();
+        buffer.write(at, &values)
+    }
+}
+
+fn read_reals(buffer: &Buffer, at: usize, count: usize, double: bool) -> Result<Vec<f64>, String> {
+    fn read<T: Plain>(buffer: &Buffer, at: usize, count: usize) -> Result<Vec<T>, String> {
+        buffer.read(at, count)
+    }
+    if double {
+        read(buffer, at, count)
+    } else {
+        Ok(read::<f32>(buffer, at, count)?.into_iter().map(f64::from).collect())
+    }
+}

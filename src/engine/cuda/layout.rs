@@ -1,0 +1,191 @@
+//! Structs that host and device share: written once here, their CUDA C text follows from them.
+
+/// A type that both sides know.
+pub trait Shared: Copy + Default {
+    /// A declaration in CUDA C.
+    fn declare(name: &str) -> String;
+}
+
+macro_rules! shared {
+    ($($rust:ty => $c:literal),*) => {
+        $(impl Shared for $rust {
+            fn declare(name: &str) -> String {
+                format!("{} {name}", $c)
+            }
+        })*
+    };
+}
+shared!(f64 => "double", f32 => "float", u32 => "unsigned int", i32 => "int", u64 => "unsigned long long", i64 => "long long");
+
+impl<T: Shared, const N: usize> Shared for [T; N]
+where
+    [T; N]: Default,
+{
+    fn declare(name: &str) -> String {
+        format!("{}[{N}]", T::declare(name))
+    }
+}
+
+/// A struct in Rust with its text in CUDA C; both compilers lay fields out by the rules of C.
+macro_rules! layout {
+    ($($(#[$meta:meta])* pub struct $name:ident { $($(#[$about:meta])* pub $field:ident: $kind:ty,)* })*) => {
+        $(
+            $(#[$meta])*
+            #[repr(C)]
+            #[derive(Clone, Copy, Debug, Default)]
+            pub struct $name { $($(#[$about])* pub $field: $kind,)* }
+
+            impl $name {
+                /// The struct in CUDA C.
+                pub fn text() -> String {
+                    let mut text = format!("struct {} {{\n", stringify!($name));
+                    $(text += &format!("    {};\n", <$kind as Shared>::declare(stringify!($field)));)*
+                    text + "};\n"
+                }
+            }
+        )*
+    };
+}
+
+/// Names of numbers that both sides use, as constants in Rust and in CUDA C.
+macro_rules! numbers {
+    ($($(#[$meta:meta])* $name:ident = $value:expr;)*) => {
+        $($(#[$meta])* pub const $name: u32 = $value;)*
+        /// The same in CUDA C.
+        pub fn numbers_text() -> String {
+            let mut text = String::new();
+            $(text += &format!("#define {} {}u\n", stringify!($name), $name);)*
+            text
+        }
+    };
+}
+
+numbers! {
+    /// Where a launch begins.
+    BEGIN_MOVE = 0;
+    BEGIN_BUILD = 1;
+    BEGIN_LIST = 2;
+    BEGIN_FORCE = 3;
+    /// As BEGIN_FORCE, after the host has changed positions.
+    BEGIN_PACK = 4;
+    /// Why a launch came back early: bits.
+    TROUBLE_POSITION = 1;
+    TROUBLE_LOST = 2;
+    TROUBLE_GRID = 4;
+    TROUBLE_FORCE = 8;
+    TROUBLE_CAPACITY = 16;
+    TROUBLE_RANGE = 32;
+    /// Stages of a step, for their times.
+    STAGE_OTHER = 0;
+    STAGE_MODIFY = 1;
+    STAGE_SORT = 2;
+    STAGE_LIST = 3;
+    STAGE_PAIR = 4;
+    /// Threads of a block.
+    BLOCK = 256;
+}
+
+layout! {
+    /// What a launch is to do.
+    pub struct Order {
+        pub steps: u64,
+        pub begin: u32,
+        /// Energy and virial are wanted at the last step.
+        pub sums: u32,
+        /// The second half of the last step is to be done as well.
+        pub finish: u32,
+        /// The build is that of a set-up.
+        pub set_up: u32,
+    }
+
+    /// What the device writes and the host reads between launches.
+    pub struct Control {
+        pub step: i64,
+        pub next_sort: i64,
+        /// Steps since the last build.
+        pub ago: u64,
+        pub builds: u64,
+        pub dangerous: u64,
+        /// Steps that the last launch left undone.
+        pub left: u64,
+        /// Entries of the list, and distances tested for them.
+        pub entries: u64,
+        pub tests: u64,
+        pub nanoseconds: [u64; 5],
+        pub n: u32,
+        /// Which of the two sides of what is held belongs to the last build.
+        pub parity: u32,
+        pub half_done: u32,
+        pub begin: u32,
+        pub trouble: u32,
+        pub sort_trouble: u32,
+        pub force_trouble: u32,
+        /// Longest row that was asked for.
+        pub wanted: u32,
+        pub moved: [u32; 3],
+        pub barrier: u32,
+    }
+
+    /// Constants of a scene between two actions of the host.
+    pub struct Scene {
+        /// Box, length units.
+        pub lo: [f64; 3],
+        pub hi: [f64; 3],
+        pub lengths: [f64; 3],
+        /// LAMMPS's bins for ties.
+        pub bins: [f64; 3],
+        pub grid_lo: [f64; 3],
+        pub inverse_edge: [f64; 3],
+        pub last_cell: [f64; 3],
+        /// Fixed-point coordinates are (x - origin) quanta.
+        pub origin: [f64; 3],
+        pub quanta: [f64; 3],
+        pub storage_inverse: [f64; 3],
+        pub fix_parameters: [f64; 16],
+        pub dt: f64,
+        pub half_kick: f64,
+        /// Squared displacement that calls for a build, and that fixed-point coordinates stand.
+        pub trigger: f64,
+        pub range: f64,
+        pub tie_band: f64,
+        /// Square of a unit of pair differences in the square of the table's length, and the unit of forces.
+        pub unit_squared: f64,
+        pub force_unit: f64,
+        pub storage_every: i64,
+        pub every: u64,
+        pub delay: u64,
+        /// Entries of a column.
+        pub pitch: u64,
+        /// Units of an axis's fixed-point differences in those of the coarsest axis.
+        pub scale: [f32; 3],
+        pub storage_bins: [u32; 3],
+        /// Cells of the table.
+        pub table: [u32; 3],
+        pub buckets: u32,
+        /// Longest row there is room for.
+        pub capacity: u32,
+        /// Periodic images that are seen, to each side.
+        pub images: [i32; 3],
+        pub no_image: u32,
+    }
+
+    /// Squared neighbor cutoff of a pair of types: certainly inside, certainly outside (in fixed-point units), exact.
+    pub struct Limit {
+        pub inner: f32,
+        pub outer: f32,
+        pub squared: f64,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_stand_in_the_text_in_order() {
+        let text = Limit::text();
+        assert_eq!(text, "struct Limit {\n    float inner;\n    float outer;\n    double squared;\n};\n");
+        assert!(Scene::text().contains("double lo[3];"));
+        assert!(numbers_text().contains("#define BEGIN_LIST 2u"));
+    }
+}

@@ -1,0 +1,274 @@
+//! From a program and where its particles are to what kernels are given: shape, constants, tables.
+
+use super::layout::{Limit, Scene};
+use super::shape::{Shape, lanes_for};
+use super::source::pair_numbers;
+use crate::engine::{Precision, Program};
+use crate::neighbor::axis::{Axis, Reach};
+use crate::neighbor::ties::Ties;
+use crate::neighbor::{Grid, LAMMPS_BIN, guard};
+use crate::system::{SimulationBox, Vec3};
+
+/// A quantum of fixed-point coordinates is at most this part of the smallest cutoff, or pairs are worked out in double
+/// precision: finer than the rounding of f32.
+const COARSEST_QUANTUM: f64 = 6e-8;
+
+/// The table has at most this many cells a particle (the paper asks to store occupied cells only; beyond this, memory would
+/// follow the volume), but always this many.
+const CELLS_PER_PARTICLE: u64 = 4;
+const CELLS_ALWAYS: u64 = 64;
+
+/// Most of LAMMPS's bins a particle that storage order is sorted by.
+const BINS_PER_PARTICLE: f64 = 16.0;
+
+/// Threads a row, and places for entries in it, other than what the size of the scene suggests.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tuning {
+    pub lanes: Option<u32>,
+    pub build_lanes: Option<u32>,
+    /// Places of a row at the start; rows grow as they have to.
+    pub capacity: Option<u32>,
+}
+
+/// What kernels are given.
+pub struct Plan {
+    pub shape: Shape,
+    pub scene: Scene,
+    pub grid: Grid,
+    /// Cells to look into by octant, relative to the own one, with the octants wanted as bits.
+    pub visits: Vec<[i32; 4]>,
+    pub visit_starts: Vec<u32>,
+    pub limits: Vec<Limit>,
+    /// Row-major by pair of types.
+    pub coefficients: Vec<f64>,
+    /// Periodic images by code.
+    pub images: Vec<[i32; 4]>,
+    /// Their shifts in fixed-point units and in length units.
+    pub fixed_shifts: Vec<[i32; 4]>,
+    pub shifts: Vec<[f64; 4]>,
+    pub half_kicks: Vec<f64>,
+    /// Units of energy and of pair differences.
+    pub energy: f64,
+    pub unit: f64,
+    /// Buckets that particles are counted into, by cell or by bin.
+    pub most_buckets: u64,
+}
+
+/// What a plan starts from.
+pub struct Given<'a> {
+    pub program: &'a Program,
+    pub simulation_box: &'a SimulationBox,
+    /// Bounds of the positions, and how many there are.
+    pub bounds: (Vec3, Vec3),
+    pub n: usize,
+    pub precision: Precision,
+    /// Pairs are to be worked out in double precision whatever the precision of the rest.
+    pub double_pairs: bool,
+    pub tuning: Tuning,
+}
+
+impl Plan {
+    pub fn new(given: &Given<'_>) -> Self {
+        let Given { program, simulation_box, bounds: (low, high), n, precision, tuning, .. } = *given;
+        let cutoffs = program.pair.neighbor_cutoffs(program.policy.skin);
+        let radius = cutoffs.iter().copied().fold(0.0, f64::max);
+        let smallest = cutoffs.iter().copied().filter(|r| *r > 0.0).fold(f64::INFINITY, f64::min);
+        let grid = Grid::new(program.search, simulation_box, &low, &high, radius);
+        let lengths = simulation_box.lengths();
+        let mut shape = Shape::new(program, simulation_box, precision);
+        shape.double_pairs |= given.double_pairs;
+        for (axis, most) in shape.most_images.iter_mut().enumerate() {
+            *most = images_of(&grid.axes[axis]);
+        }
+
+        // Fixed-point coordinates: around with the box where that is fine enough, else as fine as candidates allow.
+        let most =
+            grid.axes.iter().map(|axis| axis.reach_length() + 2.0 * axis.edge).fold(0.0, f64::max) + 4.0 * radius;
+        let near = 0.875 * (1u64 << 31) as f64 / most;
+        let around = |axis: usize| {
+            if simulation_box.periodic(axis) { (1u64 << 32) as f64 / lengths[axis] } else { near }
+        };
+        let goes_around = |axis: usize| {
+            !simulation_box.periodic(axis)
+                || (lengths[axis] >= 4.0 * radius
+                    && looks_once(&grid.axes[axis])
+                    && 1.0 / around(axis) <= COARSEST_QUANTUM * smallest)
+        };
+        let wraps = !shape.double_pairs && shape.periodic != 0 && (0..3).all(goes_around);
+        let quanta: [f64; 3] = std::array::from_fn(|axis| if wraps { around(axis) } else { near });
+        let coarsest = quanta.iter().copied().fold(f64::INFINITY, f64::min);
+        shape.double_pairs |= 1.0 / coarsest > COARSEST_QUANTUM * smallest;
+        shape.images = shape.periodic != 0 && !wraps;
+        shape.scaled = quanta.iter().any(|q| *q != coarsest) && !shape.double_pairs;
+        if shape.images {
+            shape.index_bits = 32 - (32 - (shape.codes() - 1).leading_zeros()).max(1);
+            shape.wide_entries = n as u64 > 1 << shape.index_bits;
+            if shape.wide_entries {
+                shape.index_bits = 32;
+            }
+        }
+
+        let (table, folded) = fold(&grid, n);
+        shape.folded = folded;
+        let (lanes, build_lanes) = lanes_for(n);
+        shape.lanes = tuning.lanes.unwrap_or(lanes);
+        shape.build_lanes = tuning.build_lanes.unwrap_or(build_lanes);
+        let cells = table.iter().map(|t| u64::from(*t)).product::<u64>();
+        let buckets = cells * crate::neighbor::OCTANTS as u64;
+        let storage = storage_bins(given, radius);
+        shape.storage_sort &= storage.is_some();
+        let storage_bins = storage.unwrap_or([1; 3]);
+        let bins: u64 = storage_bins.iter().map(|b| u64::from(*b)).product();
+
+        let (energy, length) = if shape.double_pairs { (1.0, 1.0) } else { program.pair.scales() };
+        let unit = if shape.double_pairs { 1.0 } else { 1.0 / coarsest };
+        let scaled = program.pair.scaled(energy, length);
+        let squared = scaled.squared_cutoffs();
+        let coefficients = (0..squared.len()).flat_map(|k| pair_numbers(&scaled, squared[k], k)).collect();
+        let coordinate =
+            [simulation_box.lo, simulation_box.hi, low, high].map(|x| x.amax()).into_iter().fold(0.0, f64::max);
+        let limit = |r: &f64| {
+            let (inner, outer) = guard::limits(*r, coarsest, coordinate);
+            Limit { inner, outer, squared: r * r }
+        };
+        let ties = Ties::new(&cutoffs, simulation_box);
+        let (visits, visit_starts) = visits(&grid);
+        let images = images(shape.most_images);
+        let fixed = |image: &[i32; 4]| {
+            let shift = |a: usize| (f64::from(image[a]) * lengths[a] * quanta[a]).round() as i64 as i32;
+            [shift(0), shift(1), shift(2), 0]
+        };
+        let exact = |image: &[i32; 4]| {
+            let shift = |a: usize| f64::from(image[a]) * lengths[a];
+            [shift(0), shift(1), shift(2), 0.0]
+        };
+        // f32 rounds the displacement that is compared.
+        let slack = if shape.double_store { 1.0 } else { 1.0 - 1e-6 };
+        let no_image = images.iter().position(|i| *i == [0; 4]).unwrap_or(0) as u32;
+        let mut fix_parameters = [0.0; 16];
+        for (to, from) in fix_parameters.iter_mut().zip(program.fixes.iter().flat_map(|fix| &fix.parameters)) {
+            *to = *from;
+        }
+        let half_kicks = program.half_kicks();
+        let scene = Scene {
+            lo: simulation_box.lo.into(),
+            hi: simulation_box.hi.into(),
+            lengths: lengths.into(),
+            bins: ties.sides.bins,
+            grid_lo: grid.axes.map(|a| a.lo),
+            inverse_edge: grid.axes.map(|a| a.inverse_edge),
+            last_cell: grid.axes.map(|a| (a.cells - 1) as f64),
+            origin: simulation_box.lo.into(),
+            quanta,
+            storage_inverse: std::array::from_fn(|a| f64::from(storage_bins[a]) / lengths[a]),
+            fix_parameters,
+            dt: program.timestep,
+            half_kick: half_kicks[0],
+            trigger: program.policy.trigger() * slack,
+            range: radius * radius,
+            tie_band: ties.band,
+            unit_squared: (unit / length).powi(2),
+            force_unit: unit * energy / length.powi(2),
+            storage_every: program.storage_sort.map_or(1, |sort| sort.every.max(1)),
+            every: program.policy.every,
+            delay: program.policy.delay,
+            pitch: 0,
+            scale: quanta.map(|q| (coarsest / q) as f32),
+            storage_bins,
+            table,
+            buckets: buckets as u32,
+            capacity: 0,
+            images: shape.most_images.map(|m| m as i32),
+            no_image,
+        };
+        Self {
+            limits: cutoffs.iter().map(limit).collect(),
+            fixed_shifts: images.iter().map(fixed).collect(),
+            shifts: images.iter().map(exact).collect(),
+            most_buckets: buckets.max(bins),
+            shape,
+            scene,
+            grid,
+            visits,
+            visit_starts,
+            coefficients,
+            images,
+            half_kicks,
+            energy,
+            unit,
+        }
+    }
+}
+
+/// Whether a particle looks into no cell twice, in two of its images.
+fn looks_once(axis: &Axis) -> bool {
+    match axis.reach {
+        Reach::Octant { .. } => axis.cells >= 2,
+        Reach::Cells(m) => axis.cells > 2 * m,
+    }
+}
+
+/// How many edges away the images lie that particles on an axis look into.
+fn images_of(axis: &Axis) -> u32 {
+    let cells = match axis.reach {
+        Reach::Octant { .. } => 1,
+        Reach::Cells(m) => m,
+    };
+    if axis.periodic { (cells as u64).div_ceil(axis.cells as u64).max(1) as u32 } else { 0 }
+}
+
+/// All images, the first axis fastest.
+fn images(most: [u32; 3]) -> Vec<[i32; 4]> {
+    let [x, y, z] = most.map(|m| m as i32);
+    let mut all = Vec::new();
+    for iz in -z..=z {
+        for iy in -y..=y {
+            all.extend((-x..=x).map(|ix| [ix, iy, iz, 0]));
+        }
+    }
+    all
+}
+
+/// For each octant the cells to look into, relative to the own one, and the octants wanted of each: the searches' own rules,
+/// asked in the middle of an endless grid.
+fn visits(grid: &Grid) -> (Vec<[i32; 4]>, Vec<u32>) {
+    const MIDDLE: i64 = 1 << 40;
+    let endless = grid.axes.map(|axis| Axis { cells: 2 * MIDDLE, periodic: false, ..axis });
+    let (mut all, mut starts) = (Vec::new(), vec![0]);
+    for octant in 0..8u8 {
+        let half = |axis: usize| octant >> axis & 1;
+        endless[2].visits(MIDDLE, half(2), |z| {
+            endless[1].visits(MIDDLE, half(1), |y| {
+                endless[0].visits(MIDDLE, half(0), |x| {
+                    let wanted = |o: u8| x.halves >> (o & 1) & y.halves >> (o >> 1 & 1) & z.halves >> (o >> 2) & 1;
+                    let octants = (0..8).map(|o| i32::from(wanted(o)) << o).sum();
+                    let [dx, dy, dz] = [x, y, z].map(|v| (v.cell - MIDDLE) as i32);
+                    all.push([dx, dy, dz, octants]);
+                });
+            });
+        });
+        starts.push(all.len() as u32);
+    }
+    (all, starts)
+}
+
+/// Cells of the table along each axis: those of the grid, or fewer where the grid has far more than there are particles.
+fn fold(grid: &Grid, n: usize) -> ([u32; 3], bool) {
+    let most = CELLS_PER_PARTICLE * n as u64 + CELLS_ALWAYS;
+    let mut table = grid.axes.map(|axis| axis.cells as u64);
+    while table.iter().product::<u64>() > most {
+        let largest = table.iter_mut().max().expect("there are three axes");
+        *largest = largest.div_ceil(2);
+    }
+    (table.map(|t| t as u32), table != grid.axes.map(|axis| axis.cells as u64))
+}
+
+/// LAMMPS's bins along each axis, if storage order is sorted by them.
+fn storage_bins(given: &Given<'_>, radius: f64) -> Option<[u32; 3]> {
+    let sort = given.program.storage_sort?;
+    let bin = if sort.bin > 0.0 { sort.bin } else { LAMMPS_BIN * radius };
+    let bins = given.simulation_box.lengths().map(|l| (l * (1.0 / bin)).floor().clamp(1.0, 1e6));
+    let all = bins.product();
+    let wanted = sort.every > 0 && bin > 0.0 && all > 1.0 && all <= BINS_PER_PARTICLE * given.n as f64 + 4096.0;
+    wanted.then(|| [bins.x as u32, bins.y as u32, bins.z as u32])
+}

@@ -1,0 +1,108 @@
+//! What a scene's kernels are compiled for. Numbers are no part of it: they are parameters.
+
+use crate::engine::{Precision, Program};
+use crate::neighbor::Search;
+use crate::system::{GROUP_ALL, SimulationBox};
+
+/// Threads that share a particle's row, in the force stage and in the list build: a table by size, from measurements on an
+/// H100 of a melted Lennard-Jones liquid.
+pub fn lanes_for(n: usize) -> (u32, u32) {
+    match n {
+        0..12_000 => (16, 32),
+        12_000..50_000 => (8, 16),
+        50_000..130_000 => (4, 8),
+        130_000..300_000 => (2, 8),
+        _ => (1, 4),
+    }
+}
+
+/// Everything that decides the text of the kernels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shape {
+    /// Positions and velocities in f64; otherwise velocities in f32 and f32 displacements since the last build.
+    pub double_store: bool,
+    /// Pair arithmetic in f64; otherwise in f32 on fixed-point coordinates.
+    pub double_pairs: bool,
+    pub types: usize,
+    /// Bit by axis.
+    pub periodic: u32,
+    /// Entries carry a periodic image; otherwise fixed-point coordinates go around with the box, or nothing is periodic.
+    pub images: bool,
+    /// Edges that an image may lie away, by axis.
+    pub most_images: [u32; 3],
+    pub index_bits: u32,
+    pub wide_entries: bool,
+    /// Fixed-point units differ between axes.
+    pub scaled: bool,
+    /// Cells far apart share a place in the table.
+    pub folded: bool,
+    pub compact: bool,
+    pub rebuilds: bool,
+    pub check: bool,
+    pub storage_sort: bool,
+    pub shrinks: bool,
+    /// Types differ in mass.
+    pub masses: bool,
+    /// Some fix acts on a part of the particles.
+    pub groups: bool,
+    pub lanes: u32,
+    pub build_lanes: u32,
+    /// Blocks that fit on a multiprocessor at least: bounds the registers of a thread.
+    pub blocks_at_least: u32,
+}
+
+impl Shape {
+    /// What a program and its box decide; the rest (images, table, lanes) follows from the particles.
+    pub fn new(program: &Program, simulation_box: &SimulationBox, precision: Precision) -> Self {
+        let policy = &program.policy;
+        let periodic = (0..3).map(|axis| u32::from(simulation_box.periodic(axis)) << axis).sum();
+        let double_pairs = precision == Precision::Double;
+        Self {
+            double_store: precision != Precision::Single,
+            double_pairs,
+            types: program.pair.types,
+            periodic,
+            images: false,
+            most_images: [0; 3],
+            index_bits: 32,
+            wide_entries: false,
+            scaled: false,
+            folded: false,
+            compact: program.search == Search::Trimmed,
+            rebuilds: !policy.once,
+            check: policy.check && !policy.once,
+            storage_sort: program.storage_sort.is_some_and(|sort| sort.every > 0),
+            shrinks: simulation_box.shrinks(),
+            masses: program.masses.windows(2).any(|pair| pair[0] != pair[1]),
+            groups: program.fixes.iter().any(|fix| fix.group != GROUP_ALL),
+            lanes: 1,
+            build_lanes: 1,
+            blocks_at_least: if double_pairs { 3 } else { 4 },
+        }
+    }
+
+    /// CUDA C type of positions and velocities, and its bytes.
+    pub fn store(&self) -> (&'static str, usize) {
+        if self.double_store { ("double", 8) } else { ("float", 4) }
+    }
+
+    /// CUDA C type of pair arithmetic, and its bytes.
+    pub fn real(&self) -> (&'static str, usize) {
+        if self.double_pairs { ("double", 8) } else { ("float", 4) }
+    }
+
+    /// Bytes of a list entry.
+    pub fn entry(&self) -> usize {
+        if self.wide_entries { 8 } else { 4 }
+    }
+
+    /// Bytes of what pair arithmetic reads of a particle.
+    pub fn slot(&self) -> usize {
+        if self.double_pairs { 32 } else { 16 }
+    }
+
+    /// Periodic images that an entry can name.
+    pub fn codes(&self) -> u32 {
+        self.most_images.iter().map(|most| 2 * most + 1).product()
+    }
+}

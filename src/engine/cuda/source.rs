@@ -1,0 +1,212 @@
+//! The CUDA C of a scene: generated types, constants and formulas, then the stages from `kernels/`.
+
+use super::arrays;
+use super::layout::{Control, Limit, Order, Scene, numbers_text};
+use super::shape::Shape;
+use crate::dynamics::{Fix, FixStyle, FixVisitor, Motion, Step, with_fix};
+use crate::engine::Program;
+use crate::neighbor::axis::locate;
+use crate::neighbor::ties::{TieBox, squared_distance, tied_squared_distance};
+use crate::pair::truncation::{Cut, Shifted, Truncation};
+use crate::pair::{PairStyle, PairTable, StyleVisitor, with_style};
+use crate::real::{Arithmetic, Expr, Recording};
+use crate::system::GROUP_ALL;
+use crate::system::simulation_box::wrap_once;
+
+const STAGES: [(&str, &str); 6] = [
+    ("kernels/grid.cuh", include_str!("../../../kernels/grid.cuh")),
+    ("kernels/motion.cuh", include_str!("../../../kernels/motion.cuh")),
+    ("kernels/sort.cuh", include_str!("../../../kernels/sort.cuh")),
+    ("kernels/search.cuh", include_str!("../../../kernels/search.cuh")),
+    ("kernels/force.cuh", include_str!("../../../kernels/force.cuh")),
+    ("kernels/advance.cu", include_str!("../../../kernels/advance.cu")),
+];
+
+/// Numbers of a pair of types, in the order of the generated formula: squared cutoff, the style's, the truncation's.
+pub fn pair_numbers(table: &PairTable, cutoff_squared: f64, pair: usize) -> Vec<f64> {
+    struct Numbers<'a>(&'a PairTable, f64, usize);
+    impl StyleVisitor for Numbers<'_> {
+        type Output = Vec<f64>;
+        fn visit<S: PairStyle>(self) -> Vec<f64> {
+            let Numbers(table, cutoff_squared, pair) = self;
+            let pair = &table.pairs[pair];
+            let mut numbers = vec![cutoff_squared];
+            let mut add = |x: f64| {
+                numbers.push(x);
+                x
+            };
+            S::map(&S::params(&pair.coefficients, &table.settings), &mut add);
+            if table.shift {
+                Shifted::map(&Shifted::params(pair.energy_at_cutoff), &mut add);
+            }
+            numbers
+        }
+    }
+    with_style(table.style, Numbers(table, cutoff_squared, pair)).expect("the scene names a registered pair style")
+}
+
+/// The whole text.
+pub fn source(program: &Program, shape: &Shape) -> String {
+    let mut text = defines(program, shape);
+    text += &numbers_text();
+    text += &format!("typedef {} store;\ntypedef {} real;\n", shape.store().0, shape.real().0);
+    text += if shape.wide_entries { "typedef unsigned long long Entry;\n" } else { "typedef unsigned int Entry;\n" };
+    text += "typedef unsigned int u32;\ntypedef unsigned long long u64;\ntypedef long long i64;\n";
+    if shape.double_pairs {
+        text += "struct __align__(16) Slot { double x, y, z, w; };\n";
+    }
+    for layout in [Control::text(), Order::text(), Scene::text(), Limit::text(), arrays::text(shape)] {
+        text += &layout;
+    }
+    text += &pair_formulas(&program.pair, shape);
+    text += &fix_formulas(&program.fixes, shape);
+    text += &rules(shape);
+    for (name, stage) in STAGES {
+        text += &format!("#line 1 \"{name}\"\n{stage}");
+    }
+    text
+}
+
+fn defines(program: &Program, shape: &Shape) -> String {
+    let numbers = pair_numbers(&program.pair, 0.0, 0).len();
+    let values = [
+        ("TYPES", shape.types),
+        ("NUMBERS", numbers),
+        ("PERIODIC", shape.periodic as usize),
+        ("INDEX_BITS", shape.index_bits as usize),
+        ("LANES", shape.lanes as usize),
+        ("BUILD_LANES", shape.build_lanes as usize),
+        ("BLOCKS_AT_LEAST", shape.blocks_at_least as usize),
+    ];
+    let switches = [
+        ("FIXED", !shape.double_pairs),
+        ("DISPLACEMENTS", !shape.double_store),
+        ("IMAGES", shape.images),
+        ("SCALED", shape.scaled),
+        ("FOLDED", shape.folded),
+        ("COMPACT", shape.compact),
+        ("REBUILDS", shape.rebuilds),
+        ("CHECK", shape.check),
+        ("STORAGE_SORT", shape.storage_sort),
+        ("SHRINKS", shape.shrinks),
+        ("MASSES", shape.masses),
+        ("GROUPS", shape.groups),
+    ];
+    let mut text: String = values.iter().map(|(name, value)| format!("#define {name} {value}\n")).collect();
+    text += &switches.iter().filter(|s| s.1).map(|(name, _)| format!("#define {name}\n")).collect::<String>();
+    text
+}
+
+/// `pair_force` and `pair_both`: the style's formula with its truncation.
+fn pair_formulas(table: &PairTable, shape: &Shape) -> String {
+    struct Trace<'a>(&'a PairTable, Arithmetic);
+    impl StyleVisitor for Trace<'_> {
+        type Output = String;
+        fn visit<S: PairStyle>(self) -> String {
+            if self.0.shift { trace::<S, Shifted>(self.0, self.1) } else { trace::<S, Cut>(self.0, self.1) }
+        }
+    }
+    fn trace<S: PairStyle, T: Truncation>(table: &PairTable, arithmetic: Arithmetic) -> String {
+        let tape = Recording::start();
+        let pair = &table.pairs[0];
+        let mut next = 0;
+        let mut input = |_: f64| {
+            next += 1;
+            tape.input(format!("p[{next}]"))
+        };
+        let style = S::map(&S::params(&pair.coefficients, &table.settings), &mut input);
+        let truncation = T::map(&T::params(pair.energy_at_cutoff), &mut input);
+        let value = T::apply(S::eval(tape.input("r2"), &style), &truncation);
+        let (force, energy) = (("*force", value.force_over_r), ("*energy", value.energy));
+        format!(
+            "// {}: force over distance, energy.\n\
+             __device__ __forceinline__ void pair_force(real r2, const real* p, real* force) {{\n{}}}\n\
+             __device__ __forceinline__ void pair_both(real r2, const real* p, real* force, real* energy) {{\n{}}}\n",
+            S::FORMULA,
+            tape.print(&[force], arithmetic, "t"),
+            tape.print(&[force, energy], arithmetic, "t"),
+        )
+    }
+    let arithmetic = if shape.double_pairs { Arithmetic::F64 } else { Arithmetic::F32 };
+    with_style(table.style, Trace(table, arithmetic)).expect("the scene names a registered pair style")
+}
+
+/// `fixes_initial` and `fixes_last`: all fixes of the scene, one after the other.
+fn fix_formulas(fixes: &[Fix], shape: &Shape) -> String {
+    struct Trace<'a>(&'a Fix, usize, Arithmetic, bool);
+    impl FixVisitor for Trace<'_> {
+        type Output = String;
+        fn visit<F: FixStyle>(self) -> String {
+            let Trace(fix, first, arithmetic, initial) = self;
+            let tape = Recording::start();
+            let three = |name: &str| std::array::from_fn(|a| tape.input(format!("{name}[{a}]")));
+            let mut motion = Motion { x: three("x"), v: three("v"), f: three("f") };
+            let step = Step { dt: tape.input("dt"), half_kick: tape.input("half_kick") };
+            let number = |k| tape.input(format!("(store)s.fix_parameters[{}]", first + k));
+            let parameters: Vec<Expr> = (0..fix.parameters.len()).map(number).collect();
+            if initial {
+                F::initial(&mut motion, &step, &parameters);
+            } else {
+                F::last(&mut motion, &step, &parameters);
+            }
+            let names = ["x[0]", "x[1]", "x[2]", "v[0]", "v[1]", "v[2]"];
+            let outputs: Vec<_> = names.into_iter().zip(motion.x.into_iter().chain(motion.v)).collect();
+            tape.print(&outputs, arithmetic, "t")
+        }
+    }
+    let arithmetic = if shape.double_store { Arithmetic::F64 } else { Arithmetic::F32 };
+    let mut text = String::new();
+    for (name, initial) in [("fixes_initial", true), ("fixes_last", false)] {
+        text += &format!(
+            "__device__ __forceinline__ void {name}(store x[3], store v[3], const store f[3], store dt, store half_kick, \
+             u32 mask, const Scene& s) {{\n"
+        );
+        let mut first = 0;
+        for fix in fixes {
+            let body = with_fix(fix.style, Trace(fix, first, arithmetic, initial)).expect("the fix is registered");
+            let condition = if fix.group == GROUP_ALL { String::new() } else { format!("if (mask & {}u) ", fix.group) };
+            text += &format!("    {condition}{{ // fix {}\n{body}    }}\n", fix.style);
+            first += fix.parameters.len();
+        }
+        text += "}\n";
+    }
+    text
+}
+
+/// Rules of cells and distances that host and device must round alike.
+fn rules(shape: &Shape) -> String {
+    let exact = Arithmetic::F64Exact;
+    let tape = Recording::start();
+    let (cell, eighth) = locate(tape.input("x"), tape.input("lo"), tape.input("inverse_edge"), tape.input("last"));
+    let mut text = format!(
+        "__device__ __forceinline__ void locate(double x, double lo, double inverse_edge, double last, double* cell, \
+         double* eighth) {{\n{}}}\n",
+        tape.print(&[("*cell", cell), ("*eighth", eighth)], exact, "t")
+    );
+    let tape = Recording::start();
+    let (wrapped, images) = wrap_once(tape.input("x"), tape.input("lo"), tape.input("hi"));
+    text += &format!(
+        "__device__ __forceinline__ void wrap_once(double x, double lo, double hi, double* wrapped, double* images) {{\n\
+         {}}}\n",
+        tape.print(&[("*wrapped", wrapped), ("*images", images)], exact, "t")
+    );
+    let arguments = "const double i[3], const double j[3], const double image[3], const Scene& s, double* r2";
+    let tape = Recording::start();
+    let three = |name: &str| std::array::from_fn(|a| tape.input(format!("{name}[{a}]")));
+    let r2 = squared_distance(three("i"), three("j"), three("image"), three("s.lengths"));
+    text += &format!(
+        "__device__ __forceinline__ void squared_distance({arguments}) {{\n{}}}\n",
+        tape.print(&[("*r2", r2)], exact, "t")
+    );
+    if shape.periodic != 0 {
+        let tape = Recording::start();
+        let three = |name: &str| std::array::from_fn(|a| tape.input(format!("{name}[{a}]")));
+        let sides = TieBox { lo: three("s.lo"), hi: three("s.hi"), lengths: three("s.lengths"), bins: three("s.bins") };
+        let r2 = tied_squared_distance(&sides, three("i"), three("j"), three("image"), shape.most_images);
+        text += &format!(
+            "__device__ __noinline__ void tied_squared_distance({arguments}) {{\n{}}}\n",
+            tape.print(&[("*r2", r2)], exact, "t")
+        );
+    }
+    text
+}
