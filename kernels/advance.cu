@@ -1,7 +1,7 @@
 // The step loop: one launch runs as many steps as are asked for, list builds among them, and comes back only to put out
 // something or because the host has to act.
 
-extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) advance(const Arrays a, const Scene s, const Order o) {
+extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) advance(const __grid_constant__ Arrays a, const __grid_constant__ Scene s, const __grid_constant__ Order o) {
     Control* c = a.control;
     Run r = {c->n, c->parity, c->half_done, 0, c->step, c->ago, c->builds, c->dangerous, c->next_sort, 0};
     u64 left = o.steps;
@@ -89,7 +89,7 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) advance(con
 }
 
 // Sums of m v v over the particles, one set a block: xx, yy, zz, xy, xz, yz.
-extern "C" __global__ void __launch_bounds__(BLOCK) kinetic(const Arrays a, const Scene s) {
+extern "C" __global__ void __launch_bounds__(BLOCK) kinetic(const __grid_constant__ Arrays a, const __grid_constant__ Scene s) {
     __shared__ double scratch[32];
     Run r = {a.control->n, a.control->parity};
     double totals[6] = {0, 0, 0, 0, 0, 0};

@@ -8,7 +8,7 @@ typedef Slot Near;
 
 // Adds one pair to the sums of a row.
 template <bool SUMS>
-__device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const Near& own, Near q, u32 code, real unit_squared, const real* one, real f[3], real sums[7]) {
+__device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const Near& own, Near q, u32 code, bool there, real unit_squared, const real* one, real f[3], real sums[7]) {
     real d[3];
 #ifdef FIXED
 #ifdef IMAGES
@@ -22,8 +22,11 @@ __device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const 
     real r2 = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * unit_squared;
 #else
 #ifdef IMAGES
-    const Slot shift = a.shifts[code];
-    q.x += shift.x, q.y += shift.y, q.z += shift.z;
+    const Near at = q;
+    if (code != s.no_image) {
+        const Slot shift = a.shifts[code];
+        q.x += shift.x, q.y += shift.y, q.z += shift.z;
+    }
 #endif
     d[0] = own.x - q.x, d[1] = own.y - q.y, d[2] = own.z - q.z;
     real r2 = __dadd_rn(__dadd_rn(__dmul_rn(d[0], d[0]), __dmul_rn(d[1], d[1])), __dmul_rn(d[2], d[2]));
@@ -39,11 +42,15 @@ __device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const 
     if (code != s.no_image && fabs(r2 - p[0]) <= s.tie_band * p[0]) {
         const int4 n = a.images[code];
         const double image[3] = {(double)n.x, (double)n.y, (double)n.z};
-        const double xi[3] = {own.x, own.y, own.z}, xj[3] = {q.x - shift.x, q.y - shift.y, q.z - shift.z};
+        const double xi[3] = {own.x, own.y, own.z}, xj[3] = {at.x, at.y, at.z};
         double exact;
         tied_squared_distance(xi, xj, image, s, &exact);
         in = exact < p[0];
     }
+#endif
+    in &= there;
+#ifndef FIXED
+    if (!in) return;
 #endif
     real force, energy;
     if (SUMS) pair_both(r2, p, &force, &energy);
@@ -69,17 +76,26 @@ template <bool SUMS> __device__ void pair_forces(const Arrays& a, const Scene& s
         const Near own = a.slots[i];
         const u32 count = a.neighbors[i];
         real f[3] = {0, 0, 0}, sums[7] = {0, 0, 0, 0, 0, 0, 0};
-        const Entry* row = a.list + (u64)i * LANES + lane;
+        const Chunk* row = a.list + lane * s.pitch + i;
         asm volatile("// pair loop");
-#pragma unroll 4
-        for (u32 k = lane; k < count; k += LANES, row += s.pitch * LANES) {
-            const Entry entry = *row;
-#ifdef IMAGES
-            const u32 j = (u32)(entry & (((Entry)1 << INDEX_BITS) - 1)), code = (u32)(entry >> INDEX_BITS);
+        for (u32 first = lane * CHUNK; first < count; first += LANES * CHUNK, row += s.pitch * LANES) {
+            const Chunk chunk = *row;
+#pragma unroll
+            for (u32 m = 0; m < CHUNK; m++) {
+#ifdef FIXED
+                // Beyond the end of a row stand entries that are no neighbors, but places of particles: worked out for nothing
+                // they cost less than a branch.
 #else
-            const u32 j = entry, code = 0;
+                if (first + m >= count) break;
 #endif
-            add_pair<SUMS>(a, s, own, a.slots[j], code, unit_squared, one, f, sums);
+                const Entry entry = chunk.entry[m];
+#ifdef IMAGES
+                const u32 code = (u32)(entry >> INDEX_BITS);
+#else
+                const u32 code = 0;
+#endif
+                add_pair<SUMS>(a, s, own, a.slots[place_of(entry)], code, first + m < count, unit_squared, one, f, sums);
+            }
         }
         asm volatile("// end of pair loop");
         const u32 shift = (threadIdx.x & 31) & ~(LANES - 1);

@@ -6,7 +6,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use common::{arc, cpu_variants, melt, program};
-use octant::engine::{Backend, Needs};
+use octant::engine::Needs;
 use octant::neighbor::Search;
 
 /// The system's allocator, counting.

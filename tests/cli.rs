@@ -49,15 +49,30 @@ fn a_wrong_command_line_ends_with_2() {
 fn what_this_version_lacks_is_refused() {
     let folder = Folder::new("lacks");
     folder.write("a.in", &melt("run 0"));
-    let said = folder.fails(1, "run a.in --backend cuda");
-    assert_eq!(
-        said,
-        "ERROR: backend cuda is not part of this version of octant; --backend cpu (or auto) runs on the processor\n"
-    );
-    let odd = folder.octant("run a.in").env("OCTANT_ISA", "mmx").assert().code(1);
+    // Where there is a GPU, it is hidden.
+    let hidden = |command: &str| folder.octant(command).env("CUDA_VISIBLE_DEVICES", "-1").assert();
+    let stderr = |command: &str| String::from_utf8_lossy(&hidden(command).code(1).get_output().stderr).into_owned();
+    let (cuda, device) = (stderr("run a.in --backend cuda"), stderr("run a.in --device 3"));
+    if cfg!(feature = "cuda") {
+        let reasons = ["there is no NVIDIA driver on this machine", "no CUDA device: the driver sees none"];
+        assert!(reasons.iter().any(|r| cuda.starts_with(&format!("ERROR: --backend cuda: {r}"))), "{cuda}");
+        assert!(reasons.iter().any(|r| device.starts_with(&format!("ERROR: {r}"))), "{device}");
+    } else {
+        assert_eq!(cuda, "ERROR: --backend cuda: this octant was built without CUDA (cargo feature `cuda`)\n");
+        assert_eq!(device, "ERROR: --device 3: this octant was built without CUDA (cargo feature `cuda`)\n");
+    }
+    let said = stderr("run a.in --backend cpu --device 0");
+    if cfg!(feature = "cuda") {
+        assert_eq!(said, "ERROR: --device 0 names a GPU, but --backend cpu uses none\n");
+    }
+    assert_eq!(folder.files().len(), 1);
+    let odd = folder.octant("run a.in --backend cpu").env("OCTANT_ISA", "mmx").assert().code(1);
     let said = String::from_utf8_lossy(&odd.get_output().stderr).into_owned();
     assert_eq!(said, "ERROR: OCTANT_ISA=mmx is no instruction set; known: portable, avx2, avx512\n");
     assert_eq!(folder.files().len(), 1);
+    let auto = hidden("run a.in").code(0);
+    let said = String::from_utf8_lossy(&auto.get_output().stdout).into_owned();
+    assert_eq!(said.matches("Running on the CPU: ").count(), 1, "one line tells why:\n{said}");
 }
 
 /// Back ends, searches and threads: the same bits.

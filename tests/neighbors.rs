@@ -3,7 +3,7 @@
 mod common;
 
 use common::{Variant, arc, free_or_periodic, program, variants};
-use octant::engine::{Backend, Needs, Precision};
+use octant::engine::{Needs, Precision};
 use octant::neighbor::Search;
 use octant::system::{SimulationBox, State, Vec3};
 use proptest::prelude::*;

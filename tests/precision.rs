@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 
 use common::{Engine, Tolerance, Variant, all_pairs, arc, melt, program, variants};
-use octant::engine::{Backend, Needs, Precision};
+use octant::engine::{Needs, Precision};
 use octant::neighbor::Search;
 use octant::real::Isa;
 use octant::system::{SimulationBox, State, Vec3};

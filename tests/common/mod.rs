@@ -93,27 +93,24 @@ pub fn variants() -> Vec<Variant> {
 }
 
 /// Every precision on the GPU, once with rows that have to grow; none where there is no GPU, which is said.
+#[cfg(feature = "cuda")]
 pub fn gpu_variants() -> Vec<Variant> {
-    let mut all = Vec::new();
-    #[cfg(feature = "cuda")]
-    match octant::engine::cuda::devices() {
-        Ok(_) => {
-            for precision in Precision::ALL {
-                for capacity in [None, Some(1)] {
-                    let start = if capacity.is_some() { ", rows of one entry at the start" } else { "" };
-                    let name = format!("cuda {}{start}", precision.name());
-                    all.push(Variant {
-                        name,
-                        precision,
-                        engine: Engine::Cuda(capacity),
-                        tolerance: Tolerance::of(precision),
-                    });
-                }
-            }
-        }
-        Err(reason) => println!("skipped: no CUDA device: {reason}"),
+    if let Err(reason) = octant::engine::cuda::devices() {
+        println!("skipped: no CUDA device: {reason}");
+        return Vec::new();
     }
-    all
+    let variant = |precision: Precision, capacity: Option<u32>| {
+        let start = if capacity.is_some() { ", rows of one entry at the start" } else { "" };
+        let name = format!("cuda {}{start}", precision.name());
+        Variant { name, precision, engine: Engine::Cuda(capacity), tolerance: Tolerance::of(precision) }
+    };
+    Precision::ALL.into_iter().flat_map(|p| [variant(p, None), variant(p, Some(1))]).collect()
+}
+
+#[cfg(not(feature = "cuda"))]
+pub fn gpu_variants() -> Vec<Variant> {
+    println!("skipped: no CUDA device: built without CUDA");
+    Vec::new()
 }
 
 /// Every precision on every instruction set of this processor.

@@ -31,7 +31,7 @@ pub fn arrays(shape: &Shape) -> Vec<Array> {
     use Count::{Blocks, Buckets, Columns, List, Values};
     let store = shape.store();
     let real = shape.real();
-    let slot = if shape.double_pairs { ("Slot", 32) } else { ("int4", 16) };
+    let slot = shape.slot();
     let (u32, u64, int, int4, double) = (("u32", 4), ("u64", 8), ("int", 4), ("int4", 16), ("double", 8));
     let all = [
         (true, "control", ("Control", 0), Values),
@@ -74,7 +74,7 @@ pub fn arrays(shape: &Shape) -> Vec<Array> {
         (shape.images && shape.double_pairs, "images", int4, Values),
         // The list.
         (true, "neighbors", u32, Columns(1)),
-        (true, "list", ("Entry", shape.entry()), List),
+        (true, "list", ("Chunk", shape.entry()), List),
     ];
     all.into_iter().filter(|(there, ..)| *there).map(|(_, name, entry, count)| Array { name, entry, count }).collect()
 }

@@ -201,6 +201,7 @@ pub struct Kernel {
     function: sys::CUfunction,
     pub registers: i32,
     pub shared_bytes: i32,
+    /// Bytes of a thread that its registers do not hold.
     pub local_bytes: i32,
     /// Blocks that fit on a multiprocessor at the same time.
     pub resident: u32,

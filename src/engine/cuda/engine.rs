@@ -156,8 +156,7 @@ impl Engine {
     }
 
     fn set_capacity(&mut self, wanted: u32) {
-        let lanes = self.plan.shape.lanes;
-        let capacity = wanted.max(1).next_multiple_of(lanes);
+        let capacity = wanted.max(1).next_multiple_of(CHUNK);
         (self.plan.scene.capacity, self.plan.scene.pitch) = (capacity, self.sizes.pitch);
         self.sizes.list = u64::from(capacity) * self.sizes.pitch;
     }
@@ -551,7 +550,7 @@ impl Engine {
         self.compiler.device.bind()?;
         let held = self.read_particles(false)?;
         let (n, pitch, shape) = (held.len(), self.sizes.pitch as usize, &self.plan.shape);
-        let lanes = shape.lanes as usize;
+        let chunk = CHUNK as usize;
         let row: Vec<u32> = self.memory.get("neighbors").read(0, n)?;
         let list = self.memory.get("list");
         let entries: Vec<u64> = if shape.wide_entries {
@@ -563,7 +562,7 @@ impl Engine {
         let mut pairs = Vec::new();
         for i in 0..n {
             for k in 0..row[i] as usize {
-                let entry = entries[(k / lanes * pitch + i) * lanes + k % lanes];
+                let entry = entries[(k / chunk * pitch + i) * chunk + k % chunk];
                 let j = (entry & ((1 << shape.index_bits) - 1)) as usize;
                 let image = if shape.images {
                     let [x, y, z, _] = self.plan.images[(entry >> shape.index_bits) as usize];
@@ -623,7 +622,7 @@ fn compile(compiler: &Compiler, program: &Program, shape: &Shape, n: usize) -> R
     let kinetic = module.kernel("kinetic", BLOCK)?;
     let processors = compiler.device.multiprocessors;
     let resident = processors * advance.resident.min(kinetic.resident).max(1);
-    let useful = (n as u64 * u64::from(shape.lanes.max(shape.build_lanes))).div_ceil(BLOCK.into());
+    let useful = (n as u64 * u64::from(shape.lanes)).div_ceil(BLOCK.into());
     let blocks = useful.clamp(processors.into(), resident.into()) as u32;
     Ok(Compiled { shape: shape.clone(), _module: module, advance, kinetic, ptx: kernels.ptx, blocks })
 }

@@ -1,7 +1,7 @@
 //! Kernels of a scene as text and machine code, without a GPU: for tests, and for what is told of a run.
 
-use super::cache::{self, Kernels};
-use super::nvrtc::Nvrtc;
+use super::cache::options;
+use super::nvrtc::{Compiled, Nvrtc};
 use super::plan::{Given, Plan, Tuning};
 use super::source::source;
 use crate::Error;
@@ -30,8 +30,8 @@ pub fn source_of(program: &Program, state: &State, simulation_box: &SimulationBo
 
 /// Compiles kernels for an architecture such as "sm_90"; needs NVRTC, but no GPU.
 pub fn inspect(source: String, architecture: &str) -> Result<Inspected, Error> {
-    let Kernels { cubin, ptx, .. } =
-        cache::kernels(&source, architecture, &Nvrtc::load()).map_err(Error::Unavailable)?;
+    let compiled = Nvrtc::load().and_then(|nvrtc| nvrtc.compile(&source, &options(architecture)));
+    let Compiled { cubin, ptx } = compiled.map_err(Error::Unavailable)?;
     Ok(Inspected { source, ptx, cubin })
 }
 

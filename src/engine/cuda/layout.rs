@@ -83,6 +83,8 @@ numbers! {
     STAGE_PAIR = 4;
     /// Threads of a block.
     BLOCK = 256;
+    /// Entries of the list that are read at once.
+    CHUNK = 4;
 }
 
 layout! {
@@ -158,6 +160,8 @@ layout! {
         pub pitch: u64,
         /// Units of an axis's fixed-point differences in those of the coarsest axis.
         pub scale: [f32; 3],
+        /// Squared distance, in fixed-point units, beyond which no pair is in the list.
+        pub reach: f32,
         pub storage_bins: [u32; 3],
         /// Cells of the table.
         pub table: [u32; 3],

@@ -8,6 +8,7 @@ mod cache;
 mod compiler;
 mod device;
 mod engine;
+mod explain;
 pub mod inspect;
 mod layout;
 mod memory;
@@ -177,7 +178,7 @@ impl Backend for CudaBackend {
     }
 
     fn explain(&self) -> Vec<String> {
-        Vec::new()
+        explain::explain(self.engine())
     }
 
     fn notes(&self) -> Vec<String> {

@@ -1,7 +1,7 @@
 //! From a program and where its particles are to what kernels are given: shape, constants, tables.
 
 use super::layout::{Limit, Scene};
-use super::shape::{Shape, lanes_for};
+use super::shape::{Shape, blocks_for, lanes_for};
 use super::source::pair_numbers;
 use crate::engine::{Precision, Program};
 use crate::neighbor::axis::{Axis, Reach};
@@ -25,7 +25,6 @@ const BINS_PER_PARTICLE: f64 = 16.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tuning {
     pub lanes: Option<u32>,
-    pub build_lanes: Option<u32>,
     /// Places of a row at the start; rows grow as they have to.
     pub capacity: Option<u32>,
 }
@@ -34,7 +33,6 @@ pub struct Tuning {
 pub struct Plan {
     pub shape: Shape,
     pub scene: Scene,
-    pub grid: Grid,
     /// Cells to look into by octant, relative to the own one, with the octants wanted as bits.
     pub visits: Vec<[i32; 4]>,
     pub visit_starts: Vec<u32>,
@@ -110,9 +108,8 @@ impl Plan {
 
         let (table, folded) = fold(&grid, n);
         shape.folded = folded;
-        let (lanes, build_lanes) = lanes_for(n);
-        shape.lanes = tuning.lanes.unwrap_or(lanes);
-        shape.build_lanes = tuning.build_lanes.unwrap_or(build_lanes);
+        shape.blocks_at_least = blocks_for(n, shape.double_pairs);
+        shape.lanes = tuning.lanes.unwrap_or(lanes_for(n));
         let cells = table.iter().map(|t| u64::from(*t)).product::<u64>();
         let buckets = cells * crate::neighbor::OCTANTS as u64;
         let storage = storage_bins(given, radius);
@@ -173,6 +170,7 @@ impl Plan {
             every: program.policy.every,
             delay: program.policy.delay,
             pitch: 0,
+            reach: cutoffs.iter().map(|r| limit(r).outer).fold(0.0, f32::max) * (1.0 + 1e-5),
             scale: quanta.map(|q| (coarsest / q) as f32),
             storage_bins,
             table,
@@ -188,7 +186,6 @@ impl Plan {
             most_buckets: buckets.max(bins),
             shape,
             scene,
-            grid,
             visits,
             visit_starts,
             coefficients,

@@ -4,15 +4,22 @@ use crate::engine::{Precision, Program};
 use crate::neighbor::Search;
 use crate::system::{GROUP_ALL, SimulationBox};
 
-/// Threads that share a particle's row, in the force stage and in the list build: a table by size, from measurements on an
-/// H100 of a melted Lennard-Jones liquid.
-pub fn lanes_for(n: usize) -> (u32, u32) {
+/// Threads that share a particle's row in the force stage: a table by size, from measurements on an H100 of a melted
+/// Lennard-Jones liquid.
+pub fn lanes_for(n: usize) -> u32 {
     match n {
-        0..12_000 => (16, 32),
-        12_000..50_000 => (8, 16),
-        50_000..130_000 => (4, 8),
-        130_000..300_000 => (2, 8),
-        _ => (1, 4),
+        0..12_000 => 16,
+        12_000..130_000 => 4,
+        _ => 2,
+    }
+}
+
+/// Blocks that are to fit on a multiprocessor, from the same measurements: more of them have fewer registers a thread.
+pub fn blocks_for(n: usize, double_pairs: bool) -> u32 {
+    match n {
+        _ if double_pairs => 2,
+        0..130_000 => 3,
+        _ => 4,
     }
 }
 
@@ -46,7 +53,6 @@ pub struct Shape {
     /// Some fix acts on a part of the particles.
     pub groups: bool,
     pub lanes: u32,
-    pub build_lanes: u32,
     /// Blocks that fit on a multiprocessor at least: bounds the registers of a thread.
     pub blocks_at_least: u32,
 }
@@ -76,8 +82,7 @@ impl Shape {
             masses: program.masses.windows(2).any(|pair| pair[0] != pair[1]),
             groups: program.fixes.iter().any(|fix| fix.group != GROUP_ALL),
             lanes: 1,
-            build_lanes: 1,
-            blocks_at_least: if double_pairs { 3 } else { 4 },
+            blocks_at_least: 1,
         }
     }
 
@@ -96,9 +101,9 @@ impl Shape {
         if self.wide_entries { 8 } else { 4 }
     }
 
-    /// Bytes of what pair arithmetic reads of a particle.
-    pub fn slot(&self) -> usize {
-        if self.double_pairs { 32 } else { 16 }
+    /// CUDA C type of what pair arithmetic reads of a particle, and its bytes.
+    pub fn slot(&self) -> (&'static str, usize) {
+        if self.double_pairs { ("Slot", 32) } else { ("int4", 16) }
     }
 
     /// Periodic images that an entry can name.
