@@ -13,6 +13,15 @@ pub fn info() -> Result<ExitCode, Error> {
     say!("octant {}", env!("CARGO_PKG_VERSION"));
     let sets: Vec<_> = Isa::ALL.into_iter().filter(|isa| isa.is_available()).map(Isa::name).collect();
     say!("backends      cpu ({cores} cores; {})", sets.join(", "));
+    #[cfg(feature = "cuda")]
+    match crate::engine::cuda::devices() {
+        Ok(devices) => devices.iter().for_each(|device| {
+            say!("              cuda device {device}");
+        }),
+        Err(reason) => {
+            say!("              no cuda: {reason}");
+        }
+    }
     say!("precisions    {} (default mixed)", Precision::ALL.map(Precision::name).join(", "));
     say!("searches      {}", Search::NAMES.join(", "));
     say!("pair styles");

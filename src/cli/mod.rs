@@ -61,7 +61,7 @@ struct RunArgs {
     /// Engine to run on.
     #[arg(long, value_enum, default_value_t)]
     backend: BackendArg,
-    /// GPU to run on.
+    /// GPU to run on, among those that CUDA_VISIBLE_DEVICES leaves.
     #[arg(long, value_name = "N")]
     device: Option<u32>,
     /// CPU threads; all cores by default.

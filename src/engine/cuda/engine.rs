@@ -7,21 +7,22 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::compiler::Compiler;
-use super::device::{Buffer, Kernel, Module, Plain};
+use super::device::{Kernel, Module};
 use super::layout::*;
 use super::memory::{Memory, Sizes, Values};
 use super::plan::{Given, Plan, Tuning};
 use super::shape::Shape;
 use super::source::source;
+use super::transfer::write_reals_at;
 use crate::engine::Precision;
-use crate::engine::backend::{Pair, Reached, StageSeconds, Stop};
+use crate::engine::backend::{Reached, StageSeconds, Stop};
 use crate::engine::fault::{Fault, FaultKind};
 use crate::engine::observer::{Needs, NeighborStatistics, Sums};
 use crate::engine::particles::Particles;
 use crate::engine::program::Program;
 use crate::engine::trouble::Scene as Situation;
 use crate::neighbor::{Policy, estimate};
-use crate::system::{LostAtoms, SimulationBox, State, Vec3};
+use crate::system::{LostAtoms, SimulationBox, State};
 
 /// Wall seconds that a launch may take, so that an interrupted run stops soon.
 const LAUNCH_SECONDS: f64 = 0.1;
@@ -43,42 +44,42 @@ pub struct Compiled {
 
 /// Ids, types and groups as they were loaded; the device knows particles by their place here.
 #[derive(Default)]
-struct Sources {
-    id: Vec<u32>,
-    kind: Vec<u32>,
-    mask: Vec<u32>,
+pub(super) struct Sources {
+    pub id: Vec<u32>,
+    pub kind: Vec<u32>,
+    pub mask: Vec<u32>,
 }
 
 /// A program with its particles.
 pub struct Engine {
     pub program: Arc<Program>,
-    precision: Precision,
-    tuning: Tuning,
+    pub(super) precision: Precision,
+    pub(super) tuning: Tuning,
     pub simulation_box: SimulationBox,
-    held_box: SimulationBox,
-    held_step: i64,
-    sources: Sources,
+    pub(super) held_box: SimulationBox,
+    pub(super) held_step: i64,
+    pub(super) sources: Sources,
     /// There is a list.
-    built: bool,
+    pub(super) built: bool,
     /// Particles before the first set-up.
-    loaded: Option<Particles>,
+    pub(super) loaded: Option<Particles>,
     pub plan: Plan,
     pub compiled: Compiled,
-    sizes: Sizes,
+    pub(super) sizes: Sizes,
     pub memory: Memory,
     /// As the last launch left it.
     pub control: Control,
     /// Energy (half pairs) and virial, as the last launch that was asked for them left them.
-    pair_sums: [f64; 7],
+    pub(super) pair_sums: [f64; 7],
     pub lost: usize,
     /// Times that arrays had to grow, or the grid to move.
     pub redone: u32,
-    seconds_per_step: f64,
-    base: [u64; 5],
+    pub(super) seconds_per_step: f64,
+    pub(super) base: [u64; 5],
     /// The wall time that the first set-up took beyond opening the device.
     pub start_up: f64,
     /// Last, as the device has to outlive what is on it.
-    compiler: Rc<Compiler>,
+    pub(super) compiler: Rc<Compiler>,
 }
 
 impl Engine {
@@ -159,101 +160,6 @@ impl Engine {
         let capacity = wanted.max(1).next_multiple_of(CHUNK);
         (self.plan.scene.capacity, self.plan.scene.pitch) = (capacity, self.sizes.pitch);
         self.sizes.list = u64::from(capacity) * self.sizes.pitch;
-    }
-
-    fn write_constants(&self) -> Result<(), String> {
-        let Plan {
-            shape, visits, visit_starts, limits, coefficients, images, fixed_shifts, shifts, half_kicks, ..
-        } = &self.plan;
-        let at = |name| self.memory.get(name);
-        at("visits").write(0, visits)?;
-        at("visit_starts").write(0, visit_starts)?;
-        at("limits").write(0, limits)?;
-        write_reals(at("coefficients"), coefficients, shape.double_pairs)?;
-        at("masses").write(0, &self.program.masses)?;
-        write_reals(at("half_kicks"), half_kicks, shape.double_store)?;
-        for (name, values) in [("fixed_shifts", fixed_shifts), ("images", images)] {
-            if let Some(buffer) = self.memory.find(name) {
-                buffer.write(0, values)?;
-            }
-        }
-        self.memory.find("shifts").map_or(Ok(()), |buffer| buffer.write(0, shifts))
-    }
-
-    /// Puts particles on the device, to be sorted and listed from there.
-    fn write_particles(&mut self, particles: &Particles) -> Result<(), String> {
-        let pitch = self.sizes.pitch as usize;
-        let shape = &self.plan.shape;
-        let column = |from: &[Vec3], axis: usize| -> Vec<f64> { from.iter().map(|x| x[axis]).collect() };
-        let at = |name| self.memory.get(name);
-        for axis in 0..3 {
-            let (x, v) = (column(&particles.x, axis), column(&particles.v, axis));
-            at("held_x").write(axis * pitch, &x)?;
-            if shape.double_store {
-                at("x").write(axis * pitch, &x)?;
-                at("v").write(axis * pitch, &v)?;
-                at("held_v").write(axis * pitch, &v)?;
-            } else {
-                let v: Vec<f32> = v.iter().map(|v| *v as f32).collect();
-                at("x").write(axis * pitch, &vec![0.0f32; v.len()])?;
-                at("v").write(axis * pitch, &v)?;
-                at("held_v").write(axis * pitch, &v)?;
-            }
-            let image: Vec<i32> = particles.image.iter().map(|image| image[axis]).collect();
-            at("held_image").write(axis * pitch, &image)?;
-        }
-        at("held_id").write(0, &particles.id)?;
-        at("held_source").write(0, &particles.home)?;
-        for (name, values) in
-            [("held_home", &particles.home), ("held_kind", &particles.kind), ("held_mask", &particles.mask)]
-        {
-            if let Some(buffer) = self.memory.find(name) {
-                buffer.write(0, values)?;
-            }
-        }
-        at("counts").clear()?;
-        self.control.n = particles.len() as u32;
-        self.control.parity = 0;
-        Ok(())
-    }
-
-    /// Brings back particles as they are now, or as the last build left them; in the order of that build.
-    fn read_particles(&self, now: bool) -> Result<Particles, String> {
-        let (n, pitch) = (self.control.n as usize, self.sizes.pitch as usize);
-        let side = self.control.parity as usize;
-        let store = self.plan.shape.double_store;
-        let read = |name: &str, at: usize| read_reals(self.memory.get(name), at, n, store);
-        let mut axes: [(Vec<f64>, Vec<f64>, Vec<i32>); 3] = Default::default();
-        for (axis, to) in axes.iter_mut().enumerate() {
-            let at = (side * 3 + axis) * pitch;
-            let mut x: Vec<f64> = self.memory.get("held_x").read(at, n)?;
-            let v = if now { read("v", axis * pitch)? } else { read("held_v", at)? };
-            if now {
-                let moved = read("x", axis * pitch)?;
-                if store {
-                    x = moved;
-                } else {
-                    x.iter_mut().zip(moved).for_each(|(x, d)| *x += d);
-                }
-            }
-            *to = (x, v, self.memory.get("held_image").read(at, n)?);
-        }
-        let source: Vec<u32> = self.memory.get("held_source").read(side * pitch, n)?;
-        let home = match self.memory.find("held_home") {
-            Some(buffer) => buffer.read(side * pitch, n)?,
-            None => source.clone(),
-        };
-        let of = |values: &[u32]| source.iter().map(|k| values[*k as usize]).collect();
-        let [(x, vx, ix), (y, vy, iy), (z, vz, iz)] = axes;
-        Ok(Particles {
-            x: (0..n).map(|k| Vec3::new(x[k], y[k], z[k])).collect(),
-            v: (0..n).map(|k| Vec3::new(vx[k], vy[k], vz[k])).collect(),
-            image: (0..n).map(|k| [ix[k], iy[k], iz[k]]).collect(),
-            kind: of(&self.sources.kind),
-            id: of(&self.sources.id),
-            mask: of(&self.sources.mask),
-            home,
-        })
     }
 
     /// Set-up of a run.
@@ -424,16 +330,6 @@ impl Engine {
         Ok(())
     }
 
-    /// Sums over the blocks, in their order.
-    fn block_sums(&self) -> Result<[f64; 7], String> {
-        let all: Vec<f64> = self.memory.get("block_sums").read(0, 7 * self.compiled.blocks as usize)?;
-        let mut sums = [0.0; 7];
-        for block in all.chunks_exact(7) {
-            sums.iter_mut().zip(block).for_each(|(sum, part)| *sum += part);
-        }
-        Ok(sums)
-    }
-
     pub fn sums(&mut self) -> Result<Sums, String> {
         let device = &self.compiler.device;
         device.bind()?;
@@ -470,28 +366,6 @@ impl Engine {
         let f = self.forces()?;
         let broken: Vec<usize> = (0..f.len()).filter(|k| !f[*k].iter().all(|c| c.is_finite())).collect();
         Err(self.fault(FaultKind::Force, &now, &broken)?.into())
-    }
-
-    /// Forces in the order of the last build, force units.
-    fn forces(&self) -> Result<Vec<Vec3>, String> {
-        let (n, pitch) = (self.control.n as usize, self.sizes.pitch as usize);
-        let axis = |a: usize| read_reals(self.memory.get("f"), a * pitch, n, self.plan.shape.double_pairs);
-        let (x, y, z) = (axis(0)?, axis(1)?, axis(2)?);
-        Ok((0..n).map(|k| Vec3::new(x[k], y[k], z[k])).collect())
-    }
-
-    pub fn fetch(&self, state: &mut State) -> Result<(), String> {
-        self.compiler.device.bind()?;
-        if let Some(particles) = &self.loaded {
-            particles.store(state);
-            return Ok(());
-        }
-        let particles = self.read_particles(true)?;
-        particles.store(state);
-        for (home, f) in particles.home.iter().zip(self.forces()?) {
-            state.f[*home as usize] = f;
-        }
-        Ok(())
     }
 
     /// Takes over what a script may change without a set-up.
@@ -532,51 +406,6 @@ impl Engine {
             buffer.write(side * pitch, &mask)?;
         }
         Ok(())
-    }
-
-    pub fn neighbor_counts(&self) -> Result<Vec<u32>, String> {
-        self.compiler.device.bind()?;
-        let particles = self.read_particles(false)?;
-        let row: Vec<u32> = self.memory.get("neighbors").read(0, particles.len())?;
-        let mut counts = vec![0; particles.len()];
-        for (home, count) in particles.home.iter().zip(row) {
-            counts[*home as usize] = count;
-        }
-        Ok(counts)
-    }
-
-    /// All pairs of the list, sorted.
-    pub fn pairs(&self) -> Result<Vec<Pair>, String> {
-        self.compiler.device.bind()?;
-        let held = self.read_particles(false)?;
-        let (n, pitch, shape) = (held.len(), self.sizes.pitch as usize, &self.plan.shape);
-        let chunk = CHUNK as usize;
-        let row: Vec<u32> = self.memory.get("neighbors").read(0, n)?;
-        let list = self.memory.get("list");
-        let entries: Vec<u64> = if shape.wide_entries {
-            list.read(0, self.sizes.list as usize)?
-        } else {
-            list.read::<u32>(0, self.sizes.list as usize)?.into_iter().map(u64::from).collect()
-        };
-        let lengths = self.held_box.lengths();
-        let mut pairs = Vec::new();
-        for i in 0..n {
-            for k in 0..row[i] as usize {
-                let entry = entries[(k / chunk * pitch + i) * chunk + k % chunk];
-                let j = (entry & ((1 << shape.index_bits) - 1)) as usize;
-                let image = if shape.images {
-                    let [x, y, z, _] = self.plan.images[(entry >> shape.index_bits) as usize];
-                    [x, y, z]
-                } else {
-                    // Coordinates go around with the box: the nearest image is the only one in reach.
-                    let images = |a: usize| ((held.x[i][a] - held.x[j][a]) / lengths[a]).round() as i32;
-                    std::array::from_fn(|a| if self.simulation_box.periodic(a) { images(a) } else { 0 })
-                };
-                pairs.push((held.id[i], held.id[j], image));
-            }
-        }
-        pairs.sort_unstable();
-        Ok(pairs)
     }
 
     pub fn statistics(&self) -> NeighborStatistics {
@@ -625,28 +454,4 @@ fn compile(compiler: &Compiler, program: &Program, shape: &Shape, n: usize) -> R
     let useful = (n as u64 * u64::from(shape.lanes)).div_ceil(BLOCK.into());
     let blocks = useful.clamp(processors.into(), resident.into()) as u32;
     Ok(Compiled { shape: shape.clone(), _module: module, advance, kinetic, ptx: kernels.ptx, blocks })
-}
-
-fn write_reals(buffer: &Buffer, values: &[f64], double: bool) -> Result<(), String> {
-    write_reals_at(buffer, 0, values, double)
-}
-
-fn write_reals_at(buffer: &Buffer, at: usize, values: &[f64], double: bool) -> Result<(), String> {
-    if double {
-        buffer.write(at, values)
-    } else {
-        let values: Vec<f32> = values.iter().map(|x| *x as f32).collect();
-        buffer.write(at, &values)
-    }
-}
-
-fn read_reals(buffer: &Buffer, at: usize, count: usize, double: bool) -> Result<Vec<f64>, String> {
-    fn read<T: Plain>(buffer: &Buffer, at: usize, count: usize) -> Result<Vec<T>, String> {
-        buffer.read(at, count)
-    }
-    if double {
-        read(buffer, at, count)
-    } else {
-        Ok(read::<f32>(buffer, at, count)?.into_iter().map(f64::from).collect())
-    }
 }

@@ -16,6 +16,7 @@ mod nvrtc;
 mod plan;
 mod shape;
 mod source;
+mod transfer;
 
 use std::rc::Rc;
 use std::sync::Arc;
