@@ -14,6 +14,11 @@ pub const OCTANTS: usize = 8;
 /// store occupied cells only; beyond this, memory would follow the volume).
 const DENSE_CELLS_PER_PARTICLE: u64 = 4;
 
+/// Most cells of a dense table for so many particles.
+pub fn most_dense_cells(particles: usize) -> u64 {
+    DENSE_CELLS_PER_PARTICLE * particles as u64 + 64
+}
+
 /// Particles that are counted as one piece at least, and most pieces: each has a table of its own.
 const PIECE: usize = 16_384;
 const MOST_PIECES: usize = 16;
@@ -77,7 +82,7 @@ impl Cells {
         self.starts.clear();
         self.table.clear();
         self.order.resize(count, 0);
-        if cells <= DENSE_CELLS_PER_PARTICLE * count as u64 + 64 {
+        if cells <= most_dense_cells(count) {
             self.sort_by_counting(cells as usize, id);
         } else {
             self.sort_by_comparing(id);

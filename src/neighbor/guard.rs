@@ -3,6 +3,10 @@
 /// Rounding of a squared distance in f32 arithmetic, relative.
 const ROUNDING: f64 = 8.0 / (1u64 << 24) as f64;
 
+/// A quantum of fixed-point coordinates is at most this part of the smallest cutoff, or pairs are worked out in double
+/// precision: finer than the rounding of f32.
+pub const COARSEST_QUANTUM: f64 = 6e-8;
+
 /// Squared distances, in quanta of fixed-point coordinates, below which a pair certainly is in the list and above which it
 /// certainly is not. `quanta` a length unit; no coordinate is larger than `coordinate`.
 pub fn limits(cutoff: f64, quanta: f64, coordinate: f64) -> (f32, f32) {

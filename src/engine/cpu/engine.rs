@@ -16,6 +16,7 @@ use crate::engine::observer::{Needs, NeighborStatistics};
 use crate::engine::particles::Particles;
 use crate::engine::program::{Program, StorageSort};
 use crate::engine::trouble::Scene;
+use crate::neighbor::guard::COARSEST_QUANTUM;
 use crate::neighbor::{Cells, Decision, LAMMPS_BIN};
 use crate::real::Isa;
 use crate::real::lanes::{DoubleSlot, Element, FixedSlot, with_simd};
@@ -29,10 +30,6 @@ pub(super) struct Fallback {
     pub(super) slots: Vec<DoubleSlot>,
     pub(super) f: [Vec<f64>; 3],
 }
-
-/// A quantum of fixed-point coordinates is at most this part of the smallest cutoff, or double precision takes over: finer
-/// than the rounding of f32.
-const COARSEST_QUANTUM: f64 = 6e-8;
 
 /// Whole numbers of quanta up to this are exact in doubles, with room to round them.
 const MOST_QUANTA: f64 = (1u64 << 50) as f64;

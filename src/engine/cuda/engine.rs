@@ -6,13 +6,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use super::compiled::{Compiled, compile};
 use super::compiler::Compiler;
-use super::device::{Kernel, Module};
 use super::layout::*;
 use super::memory::{Memory, Sizes, Values};
 use super::plan::{Given, Plan, Tuning};
 use super::shape::Shape;
-use super::source::source;
 use super::transfer::write_reals_at;
 use crate::engine::Precision;
 use crate::engine::backend::{Reached, StageSeconds, Stop};
@@ -30,17 +29,6 @@ const LAUNCH_SECONDS: f64 = 0.1;
 /// Room in rows beyond the mean of an even spread, and beyond what was asked for when they grow.
 const ROOM: f64 = 1.4;
 const GROWTH: f64 = 1.1;
-
-/// Compiled kernels of a shape.
-pub struct Compiled {
-    shape: Shape,
-    _module: Module,
-    pub advance: Kernel,
-    pub kinetic: Kernel,
-    pub ptx: String,
-    /// Blocks of a launch.
-    pub blocks: u32,
-}
 
 /// Ids, types and groups as they were loaded; the device knows particles by their place here.
 #[derive(Default)]
@@ -442,16 +430,4 @@ fn plan_of(
 ) -> Plan {
     let (bounds, n) = (particles.bounds(), particles.len());
     Plan::new(&Given { program, simulation_box, bounds, n, precision, double_pairs, tuning })
-}
-
-fn compile(compiler: &Compiler, program: &Program, shape: &Shape, n: usize) -> Result<Compiled, String> {
-    let kernels = compiler.kernels(&source(program, shape))?;
-    let module = Module::load(&kernels.cubin)?;
-    let advance = module.kernel("advance", BLOCK)?;
-    let kinetic = module.kernel("kinetic", BLOCK)?;
-    let processors = compiler.device.multiprocessors;
-    let resident = processors * advance.resident.min(kinetic.resident).max(1);
-    let useful = (n as u64 * u64::from(shape.lanes)).div_ceil(BLOCK.into());
-    let blocks = useful.clamp(processors.into(), resident.into()) as u32;
-    Ok(Compiled { shape: shape.clone(), _module: module, advance, kinetic, ptx: kernels.ptx, blocks })
 }

@@ -5,6 +5,7 @@
 
 mod arrays;
 mod cache;
+mod compiled;
 mod compiler;
 mod device;
 mod engine;

@@ -83,7 +83,7 @@ impl Nvrtc {
         // SAFETY: signatures are those of the documentation; every pointer is valid for its call, buffers have the sizes that
         // the library asks for, and the program is destroyed once, at the end.
         unsafe {
-            let lib = &self.library;
+            let nvrtc = &self.library;
             type Create = unsafe extern "C" fn(
                 *mut Handle,
                 *const c_char,
@@ -92,12 +92,12 @@ impl Nvrtc {
                 *const *const c_char,
                 *const *const c_char,
             ) -> Status;
-            let create = lib.get::<Create>(b"nvrtcCreateProgram\0").map_err(missing)?;
-            let compile = lib
+            let create = nvrtc.get::<Create>(b"nvrtcCreateProgram\0").map_err(missing)?;
+            let compile = nvrtc
                 .get::<unsafe extern "C" fn(Handle, c_int, *const *const c_char) -> Status>(b"nvrtcCompileProgram\0")
                 .map_err(missing)?;
             let destroy =
-                lib.get::<unsafe extern "C" fn(*mut Handle) -> Status>(b"nvrtcDestroyProgram\0").map_err(missing)?;
+                nvrtc.get::<unsafe extern "C" fn(*mut Handle) -> Status>(b"nvrtcDestroyProgram\0").map_err(missing)?;
             let mut program: Handle = std::ptr::null_mut();
             let name = c"octant.cu";
             let status = create(&mut program, text.as_ptr(), name.as_ptr(), 0, std::ptr::null(), std::ptr::null());

@@ -5,18 +5,11 @@ use super::shape::{Shape, blocks_for, lanes_for};
 use super::source::pair_numbers;
 use crate::engine::{Precision, Program};
 use crate::neighbor::axis::{Axis, Reach};
+use crate::neighbor::cells::most_dense_cells;
+use crate::neighbor::guard::COARSEST_QUANTUM;
 use crate::neighbor::ties::Ties;
 use crate::neighbor::{Grid, LAMMPS_BIN, guard};
 use crate::system::{SimulationBox, Vec3};
-
-/// A quantum of fixed-point coordinates is at most this part of the smallest cutoff, or pairs are worked out in double
-/// precision: finer than the rounding of f32.
-const COARSEST_QUANTUM: f64 = 6e-8;
-
-/// The table has at most this many cells a particle (the paper asks to store occupied cells only; beyond this, memory would
-/// follow the volume), but always this many.
-const CELLS_PER_PARTICLE: u64 = 4;
-const CELLS_ALWAYS: u64 = 64;
 
 /// Most of LAMMPS's bins a particle that storage order is sorted by.
 const BINS_PER_PARTICLE: f64 = 16.0;
@@ -251,7 +244,7 @@ fn visits(grid: &Grid) -> (Vec<[i32; 4]>, Vec<u32>) {
 
 /// Cells of the table along each axis: those of the grid, or fewer where the grid has far more than there are particles.
 fn fold(grid: &Grid, n: usize) -> ([u32; 3], bool) {
-    let most = CELLS_PER_PARTICLE * n as u64 + CELLS_ALWAYS;
+    let most = most_dense_cells(n);
     let mut table = grid.axes.map(|axis| axis.cells as u64);
     while table.iter().product::<u64>() > most {
         let largest = table.iter_mut().max().expect("there are three axes");
