@@ -139,7 +139,8 @@ __device__ void build_list(const Arrays& a, const Scene& s, const Run& r) {
                 const int4 shift = a.fixed_shifts[code];
 #endif
 #ifdef FOLDED
-                const u64 wanted_cell = (u64)cz << 40 | (u64)cy << 20 | (u64)cx;
+                const u32 wanted[3] = {(u32)cx, (u32)cy, (u32)cz};
+                const u64 wanted_cell = cell_number(wanted);
 #endif
                 for (u32 o = 0; o < 8; o++) {
                     if (!(visit.w >> o & 1)) continue;

@@ -111,6 +111,18 @@ __device__ void order_particles(const Arrays& a, const Scene& s, Run& r, u32 buc
     sync_grid(a, r);
 }
 
+// Where particle k, wrapped to p, is sorted to; returns whether the grid reaches there.
+__device__ __forceinline__ bool write_key(const Arrays& a, const Scene& s, const Run& r, u32 k, const Point& p) {
+    u32 cell[3], octant, part;
+    const bool inside = key_of(s, p, cell, &octant, &part);
+    a.bucket[k] = table_of(s, cell[0], cell[1], cell[2]) * 8 + octant;
+#ifdef FOLDED
+    a.cell[k] = cell_number(cell);
+#endif
+    a.tie[k] = (u64)part << 32 | side_of(a.held_id, s, r.parity, 1)[k];
+    return inside;
+}
+
 #ifdef STORAGE_SORT
 // Storage order by LAMMPS's bins; inside a bin it stays. Writes new_home.
 __device__ void sort_storage(const Arrays& a, const Scene& s, Run& r) {
@@ -149,14 +161,7 @@ __device__ u32 sort_particles(const Arrays& a, const Scene& s, Run& r, bool set_
             finite &= isfinite(p.x[axis]) && isfinite(axis_of(a.v, s, axis)[k]);
         if (!finite) trouble |= TROUBLE_POSITION;
         else if (!wrap(s, p, image)) trouble |= TROUBLE_LOST;
-        u32 cell[3] = {0, 0, 0}, octant = 0, part = 0;
-        if (!trouble && !key_of(s, p, cell, &octant, &part)) trouble |= TROUBLE_GRID;
-        const u32 bucket = table_of(s, cell[0], cell[1], cell[2]) * 8 + octant;
-        a.bucket[k] = bucket;
-#ifdef FOLDED
-        a.cell[k] = cell_number(cell);
-#endif
-        a.tie[k] = (u64)part << 32 | side_of(a.held_id, s, r.parity, 1)[k];
+        if (!trouble && !write_key(a, s, r, k, p)) trouble |= TROUBLE_GRID;
     }
     if (trouble) atomicOr(&a.control->sort_trouble, trouble);
     sync_grid(a, r);
@@ -176,13 +181,7 @@ __device__ u32 sort_particles(const Arrays& a, const Scene& s, Run& r, bool set_
             Point p = position_of(a, s, r, k);
             int image[3] = {0, 0, 0};
             wrap(s, p, image);
-            u32 cell[3], octant, part;
-            key_of(s, p, cell, &octant, &part);
-            a.bucket[k] = table_of(s, cell[0], cell[1], cell[2]) * 8 + octant;
-#ifdef FOLDED
-            a.cell[k] = cell_number(cell);
-#endif
-            a.tie[k] = (u64)part << 32 | side_of(a.held_id, s, r.parity, 1)[k];
+            write_key(a, s, r, k, p);
         }
 #endif
         a.arrival[k] = atomicAdd(&a.counts[a.bucket[k]], 1u);

@@ -173,9 +173,7 @@ impl Particles {
     /// `order` is scratch.
     pub fn sort_storage(&mut self, simulation_box: &SimulationBox, bin: f64, order: &mut Vec<(u64, u32, u32)>) {
         let lengths = simulation_box.lengths();
-        let inverse = 1.0 / bin;
-        // As LAMMPS does it: a bin more or less is seen in dumps that are not sorted.
-        let bins = lengths.map(|l| (l * inverse).floor().clamp(1.0, 1e6));
+        let bins = storage_bins(simulation_box, bin);
         if bins.product() <= 1.0 {
             return;
         }
@@ -219,6 +217,13 @@ impl Particles {
         let (lo, hi) = self.bounds();
         Grid::new(search, simulation_box, &lo, &hi, radius)
     }
+}
+
+/// Bins of about `bin` along each axis that storage order is sorted by, as LAMMPS counts them: one more or less is seen in
+/// dumps that are not sorted.
+pub fn storage_bins(simulation_box: &SimulationBox, bin: f64) -> Vec3 {
+    let inverse = 1.0 / bin;
+    simulation_box.lengths().map(|l| (l * inverse).floor().clamp(1.0, 1e6))
 }
 
 fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {

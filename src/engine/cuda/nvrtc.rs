@@ -18,7 +18,7 @@ type Status = c_int;
 
 /// The loaded library.
 pub struct Nvrtc {
-    library: Library,
+    loaded: Library,
     _parts: Vec<Library>,
     pub path: PathBuf,
     pub version: (i32, i32),
@@ -65,7 +65,7 @@ impl Nvrtc {
             let ask = library.get::<unsafe extern "C" fn(*mut c_int, *mut c_int) -> Status>(b"nvrtcVersion\0")?;
             ask(&mut version.0, &mut version.1);
         }
-        Ok(Self { library, _parts: parts, path: path.to_path_buf(), version })
+        Ok(Self { loaded: library, _parts: parts, path: path.to_path_buf(), version })
     }
 
     /// "13.0".
@@ -83,7 +83,7 @@ impl Nvrtc {
         // SAFETY: signatures are those of the documentation; every pointer is valid for its call, buffers have the sizes that
         // the library asks for, and the program is destroyed once, at the end.
         unsafe {
-            let nvrtc = &self.library;
+            let nvrtc = &self.loaded;
             type Create = unsafe extern "C" fn(
                 *mut Handle,
                 *const c_char,
@@ -126,8 +126,8 @@ impl Nvrtc {
         let missing = |e: libloading::Error| format!("{}: {e}", self.path.display());
         // SAFETY: as the caller promises; the buffer has the size that is asked for.
         unsafe {
-            let size = self.library.get::<unsafe extern "C" fn(Handle, *mut usize) -> Status>(size).map_err(missing)?;
-            let get = self.library.get::<unsafe extern "C" fn(Handle, *mut c_char) -> Status>(get).map_err(missing)?;
+            let size = self.loaded.get::<unsafe extern "C" fn(Handle, *mut usize) -> Status>(size).map_err(missing)?;
+            let get = self.loaded.get::<unsafe extern "C" fn(Handle, *mut c_char) -> Status>(get).map_err(missing)?;
             let mut count = 0usize;
             let status = size(program, &mut count);
             if status != 0 {
@@ -144,7 +144,7 @@ impl Nvrtc {
     fn message(&self, status: Status) -> String {
         // SAFETY: the library returns a text that lives as long as it does.
         let text = unsafe {
-            match self.library.get::<unsafe extern "C" fn(Status) -> *const c_char>(b"nvrtcGetErrorString\0") {
+            match self.loaded.get::<unsafe extern "C" fn(Status) -> *const c_char>(b"nvrtcGetErrorString\0") {
                 Ok(text) => CStr::from_ptr(text(status)).to_string_lossy().into_owned(),
                 Err(_) => format!("error {status}"),
             }

@@ -3,7 +3,7 @@
 use super::layout::{Limit, Scene};
 use super::shape::{Shape, blocks_for, lanes_for};
 use super::source::pair_numbers;
-use crate::engine::{Precision, Program};
+use crate::engine::{Precision, Program, particles};
 use crate::neighbor::axis::{Axis, Reach};
 use crate::neighbor::cells::most_dense_cells;
 use crate::neighbor::guard::COARSEST_QUANTUM;
@@ -257,7 +257,7 @@ fn fold(grid: &Grid, n: usize) -> ([u32; 3], bool) {
 fn storage_bins(given: &Given<'_>, radius: f64) -> Option<[u32; 3]> {
     let sort = given.program.storage_sort?;
     let bin = if sort.bin > 0.0 { sort.bin } else { LAMMPS_BIN * radius };
-    let bins = given.simulation_box.lengths().map(|l| (l * (1.0 / bin)).floor().clamp(1.0, 1e6));
+    let bins = particles::storage_bins(given.simulation_box, bin);
     let all = bins.product();
     let wanted = sort.every > 0 && bin > 0.0 && all > 1.0 && all <= BINS_PER_PARTICLE * given.n as f64 + 4096.0;
     wanted.then(|| [bins.x as u32, bins.y as u32, bins.z as u32])
