@@ -14,7 +14,16 @@ template <typename T> __device__ __forceinline__ T* side_of(T* array, const Scen
     return array + parity * columns * s.pitch;
 }
 
-// Uniform over all threads of the grid; kept in registers, written back when a launch ends.
+// The neighbor's place in an entry.
+__device__ __forceinline__ u32 place_of(Entry entry) {
+#ifdef IMAGES
+    return (u32)(entry & (((Entry)1 << INDEX_BITS) - 1));
+#else
+    return entry;
+#endif
+}
+
+// Uniform over all threads of the grid; kept in registers while a kernel runs.
 struct Run {
     u32 n;
     u32 parity;
@@ -64,4 +73,29 @@ template <typename T> __device__ __forceinline__ T sum_block(T value, T* scratch
     T total = 0;
     for (u32 w = 0; w < blockDim.x >> 5; w++) total += scratch[w];
     return total;
+}
+
+// Where the last kernel left off. All threads of the grid have read it when this returns.
+__device__ __forceinline__ Run begin_run(const Arrays& a) {
+    const Control* c = a.control;
+    Run r = {c->n, c->parity, c->half_done, c->target, c->step, c->ago, c->builds, c->dangerous, c->next_sort, 0};
+    sync_grid(a, r);
+    book(a, r, STAGE_OTHER);
+    return r;
+}
+
+__device__ __forceinline__ void end_run(const Arrays& a, const Run& r, u64 left, u32 begin, u32 trouble) {
+    if (THREAD != 0) return;
+    Control* c = a.control;
+    c->parity = r.parity;
+    c->half_done = r.half_done;
+    c->target = r.target;
+    c->step = r.step;
+    c->ago = r.ago;
+    c->builds = r.builds;
+    c->dangerous = r.dangerous;
+    c->next_sort = r.next_sort;
+    c->left = left;
+    c->begin = begin;
+    c->trouble = trouble;
 }

@@ -213,7 +213,7 @@ __device__ u32 sort_particles(const Arrays& a, const Scene& s, Run& r, bool set_
 #endif
         a.fixed[t] = fixed_of(s, p, kind_of(a, s, r, k));
     }
-    if (THREAD == 0) a.control->entries = a.control->tests = 0;
+    if (THREAD == 0) a.control->entries = a.control->tests = a.control->taken = 0;
     sync_grid(a, r);
     r.parity = to;
     return 0;

@@ -95,7 +95,7 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     let mut steps = RunLoop::new(script, live, program, facts.clone(), schedule, (first, last));
     steps.stop = command.stop.unwrap_or(last);
     let reached = steps.go()?;
-    let (sums, loop_seconds, output_seconds) = (steps.sums, steps.elapsed(), steps.output_seconds);
+    let (sums, loop_seconds, output_seconds) = (steps.sums, steps.loop_seconds, steps.output_seconds);
     for line in script.thermo.footer() {
         live.console.line(&line);
     }

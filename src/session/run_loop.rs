@@ -29,6 +29,8 @@ pub struct RunLoop<'r, 'l> {
     started: Instant,
     /// Wall seconds spent on thermo rows and dumps.
     pub output_seconds: f64,
+    /// Wall seconds of the whole run, known at its end.
+    pub loop_seconds: f64,
     /// Particles lost so far.
     lost: usize,
     /// Those of the last step that was shown.
@@ -46,12 +48,28 @@ impl<'r, 'l> RunLoop<'r, 'l> {
         (first, last): (i64, i64),
     ) -> Self {
         let (started, sums) = (Instant::now(), Sums::default());
-        let (now, stop, output_seconds, lost) = (first, last, 0.0, 0);
-        Self { script, live, program, facts, schedule, first, last, now, stop, started, output_seconds, lost, sums }
+        let (now, stop, lost) = (first, last, 0);
+        let (output_seconds, loop_seconds) = (0.0, 0.0);
+        Self {
+            script,
+            live,
+            program,
+            facts,
+            schedule,
+            first,
+            last,
+            now,
+            stop,
+            started,
+            output_seconds,
+            loop_seconds,
+            lost,
+            sums,
+        }
     }
 
     /// Wall seconds since the run began.
-    pub fn elapsed(&self) -> f64 {
+    fn elapsed(&self) -> f64 {
         self.started.elapsed().as_secs_f64()
     }
 
@@ -64,9 +82,14 @@ impl<'r, 'l> RunLoop<'r, 'l> {
         loop {
             let end = self.now == self.last || reached == Reached::Interrupted;
             let clock = Instant::now();
-            self.observe(end)?;
+            let fetched = self.observe(end)?;
             self.output_seconds += clock.elapsed().as_secs_f64();
             if end {
+                // What comes after the run reads particles; the run is over before they come.
+                self.loop_seconds = self.elapsed();
+                if !fetched {
+                    self.live.backend.fetch(&mut self.script.scene.state)?;
+                }
                 progress.finish(&mut self.live.console);
                 return Ok(reached);
             }
@@ -112,18 +135,19 @@ impl<'r, 'l> RunLoop<'r, 'l> {
         dumps.fold(needs, |needs, (_, dump)| needs.union(dump.needs()))
     }
 
-    /// Shows the current step to the thermo table and to the dumps that are due.
-    fn observe(&mut self, end: bool) -> Result<(), RunError> {
+    /// Shows the current step to the thermo table and to the dumps that are due; tells whether that took particles.
+    fn observe(&mut self, end: bool) -> Result<bool, RunError> {
         let due = |next: Option<i64>| next == Some(self.now);
         let thermo_due = end || due(self.schedule.next(self.now - 1, self.last));
         let dump_due: Vec<bool> = self.live.dumps.iter().map(|(_, d)| due(d.next(self.now - 1, self.last))).collect();
         if !thermo_due && !dump_due.contains(&true) {
-            return Ok(());
+            return Ok(false);
         }
         let lost = self.live.backend.lost();
         // Energies and pressures need no particles on this side.
         let columns = self.script.thermo.needs();
-        if end || columns.positions || columns.forces || dump_due.contains(&true) || lost > self.lost {
+        let fetched = columns.positions || columns.forces || dump_due.contains(&true) || lost > self.lost;
+        if fetched {
             self.live.backend.fetch(&mut self.script.scene.state)?;
         }
         if lost > self.lost && self.program.lost == LostAtoms::Warn {
@@ -153,7 +177,7 @@ impl<'r, 'l> RunLoop<'r, 'l> {
         let range = (self.facts.counting_from.unwrap_or(self.first), self.stop);
         let shown = show(self.script, self.live, &snapshot, &self.facts, range, thermo_due, &dump_due);
         self.script.scene.state = state;
-        shown
+        shown.map(|()| fetched)
     }
 }
 

@@ -41,7 +41,7 @@ impl Membership {
         }
         for (k, r) in cutoffs.iter().enumerate() {
             let at = k / types * self.stride + k % types;
-            (self.inner[at], self.outer[at]) = guard::limits(*r, quanta, coordinate);
+            (self.inner[at], self.outer[at]) = guard::limits(*r, quanta, coordinate, 0.0);
         }
         self.reach = self.outer.iter().copied().fold(0.0, f32::max);
     }

@@ -1,32 +1,76 @@
 //! The kernels of a shape, loaded.
 
+use std::ffi::c_void;
+
 use super::compiler::Compiler;
 use super::device::{Kernel, Module};
 use super::layout::BLOCK;
 use super::shape::Shape;
-use super::source::source;
+use super::source::units;
 use crate::engine::Program;
 
 /// Compiled kernels of a shape.
 pub struct Compiled {
     pub shape: Shape,
-    _module: Module,
-    pub advance: Kernel,
-    pub kinetic: Kernel,
+    _modules: Vec<Module>,
+    pub advance: Launch,
+    /// Builds, where they are a kernel of their own.
+    pub rebuild: Option<Launch>,
+    pub conclude: Launch,
+    pub kinetic: Launch,
+    /// Intermediate code.
     pub ptx: String,
-    /// Blocks of a launch.
+}
+
+/// A kernel and the blocks that it is launched with.
+pub struct Launch {
+    pub kernel: Kernel,
     pub blocks: u32,
+}
+
+impl Compiled {
+    /// Blocks of the largest launch.
+    pub fn blocks(&self) -> u32 {
+        let all = [Some(&self.advance), self.rebuild.as_ref(), Some(&self.conclude), Some(&self.kinetic)];
+        all.into_iter().flatten().map(|launch| launch.blocks).max().unwrap_or(1)
+    }
+
+    /// No launch has more blocks from here on.
+    pub fn limit(&mut self, blocks: u32) {
+        let all = [Some(&mut self.advance), self.rebuild.as_mut(), Some(&mut self.conclude), Some(&mut self.kinetic)];
+        all.into_iter().flatten().for_each(|launch| launch.blocks = launch.blocks.min(blocks));
+    }
+}
+
+impl Launch {
+    /// Launches it after what was launched before.
+    pub fn go(&self, parameters: &[*const c_void]) -> Result<(), String> {
+        self.kernel.launch(self.blocks, BLOCK, parameters)
+    }
 }
 
 /// Kernels for a program of that shape and so many particles.
 pub fn compile(compiler: &Compiler, program: &Program, shape: &Shape, n: usize) -> Result<Compiled, String> {
-    let kernels = compiler.kernels(&source(program, shape))?;
-    let module = Module::load(&kernels.cubin)?;
-    let advance = module.kernel("advance", BLOCK)?;
-    let kinetic = module.kernel("kinetic", BLOCK)?;
+    let units = units(program, shape);
+    let compiled = compiler.kernels(&units)?;
+    let modules = compiled.iter().map(|kernels| Module::load(&kernels.cubin)).collect::<Result<Vec<_>, _>>()?;
     let processors = compiler.device.multiprocessors;
-    let resident = processors * advance.resident.min(kinetic.resident).max(1);
-    let useful = (n as u64 * u64::from(shape.lanes)).div_ceil(BLOCK.into());
-    let blocks = useful.clamp(processors.into(), resident.into()) as u32;
-    Ok(Compiled { shape: shape.clone(), _module: module, advance, kinetic, ptx: kernels.ptx, blocks })
+    let find = |unit: &str, name: &str, threads: u64| -> Result<Launch, String> {
+        let at = units.iter().position(|u| u.name == unit).expect("the unit is one of the scene's");
+        let kernel = modules[at].kernel(name, BLOCK)?;
+        let resident = processors * kernel.resident.max(1);
+        let useful = (n as u64 * threads).div_ceil(BLOCK.into());
+        let blocks = useful.clamp(processors.into(), resident.into()) as u32;
+        Ok(Launch { kernel, blocks })
+    };
+    let lanes = u64::from(shape.lanes);
+    Ok(Compiled {
+        advance: find("advance", "advance", lanes)?,
+        rebuild: if shape.apart { Some(find("rebuild", "rebuild", 32)?) } else { None },
+        conclude: find("conclude", "conclude", lanes)?,
+        kinetic: find("conclude", "kinetic", 1)?,
+        shape: shape.clone(),
+        _modules: modules,
+        ptx: compiled.into_iter().map(|kernels| kernels.ptx).collect(),
+    })
 }

@@ -6,6 +6,7 @@ use std::time::Instant;
 use super::cache::{self, Kernels};
 use super::device::Device;
 use super::nvrtc::Nvrtc;
+use super::source::Unit;
 
 /// A device and the compiler for it, which is loaded when it is first needed.
 pub struct Compiler {
@@ -25,18 +26,23 @@ impl Compiler {
         self.nvrtc.get_or_init(Nvrtc::load)
     }
 
-    /// Kernels of a source.
-    pub fn kernels(&self, source: &str) -> Result<Kernels, String> {
+    /// Kernels of all units, which are compiled side by side.
+    pub fn kernels(&self, units: &[Unit]) -> Result<Vec<Kernels>, String> {
         let clock = Instant::now();
-        let kernels = cache::kernels(source, &self.device.architecture(), self.nvrtc())?;
+        let (architecture, nvrtc) = (&self.device.architecture(), self.nvrtc());
+        let all = std::thread::scope(|scope| {
+            let one = |unit| scope.spawn(move || cache::kernels(unit, architecture, nvrtc));
+            let threads: Vec<_> = units.iter().map(|unit| one(&unit.text)).collect();
+            threads.into_iter().map(|t| t.join().expect("the compiler does not panic")).collect::<Result<Vec<_>, _>>()
+        })?;
         let seconds = clock.elapsed().as_secs_f64();
         let version = self.nvrtc().as_ref().map_or("?".into(), Nvrtc::version_text);
-        let note = match kernels.cached {
+        let note = match all.iter().all(|kernels| kernels.cached) {
             true => format!("Kernels: from the cache in {seconds:.3} s"),
             false => format!("Kernels: compiled in {seconds:.2} s (NVRTC {version}, {})", self.device.architecture()),
         };
         self.notes.borrow_mut().push(note);
-        Ok(kernels)
+        Ok(all)
     }
 
     /// What was compiled since the last call.

@@ -26,6 +26,9 @@ use crate::system::{LostAtoms, SimulationBox, State};
 /// Wall seconds that a launch may take, so that an interrupted run stops soon.
 const LAUNCH_SECONDS: f64 = 0.1;
 
+/// Builds that one series of launches is ready for.
+const MOST_BUILDS: f64 = 64.0;
+
 /// Room in rows beyond the mean of an even spread, and beyond what was asked for when they grow.
 const ROOM: f64 = 1.4;
 const GROWTH: f64 = 1.1;
@@ -62,6 +65,8 @@ pub struct Engine {
     pub lost: usize,
     /// Times that arrays had to grow, or the grid to move.
     pub redone: u32,
+    /// The step of the last set-up, from which on builds are counted.
+    counting_from: i64,
     pub(super) seconds_per_step: f64,
     pub(super) base: [u64; 5],
     /// The wall time that the first set-up took beyond opening the device.
@@ -107,6 +112,7 @@ impl Engine {
             pair_sums: [0.0; 7],
             lost: 0,
             redone: 0,
+            counting_from: step,
             seconds_per_step: 0.0,
             base: [0; 5],
             start_up: 0.0,
@@ -134,7 +140,7 @@ impl Engine {
         self.sizes = Sizes {
             pitch: (n as u64).next_multiple_of(32).max(32),
             buckets: plan.most_buckets,
-            blocks: self.compiled.blocks.into(),
+            blocks: self.compiled.blocks().into(),
             list: 0,
             values,
         };
@@ -153,14 +159,15 @@ impl Engine {
     /// Set-up of a run.
     pub fn set_up(&mut self, needs: Needs) -> Result<(), Stop> {
         self.control.builds = 0;
+        self.counting_from = self.control.step;
         self.control.dangerous = 0;
         let particles = match self.loaded.take() {
             Some(particles) => particles,
             None => self.read_particles(true)?,
         };
         self.control.half_done = 0;
-        let order = Order { steps: 0, begin: BEGIN_BUILD, sums: needs.sums().into(), finish: 0, set_up: 1 };
-        self.build_from(particles, order)?;
+        self.control.left = 0;
+        self.build_from(particles, Order { sums: needs.sums().into(), finish: 0, set_up: 1 })?;
         self.base = self.control.nanoseconds;
         Ok(())
     }
@@ -214,6 +221,7 @@ impl Engine {
         }
         self.sources = Sources { id: particles.id.clone(), kind: particles.kind.clone(), mask: particles.mask.clone() };
         self.write_particles(&particles)?;
+        self.control.begin = BEGIN_BUILD;
         self.go(order)
     }
 
@@ -226,13 +234,15 @@ impl Engine {
             let end = now == left;
             let (sums, finish) = ((end && needs.sums()).into(), end.into());
             let clock = Instant::now();
-            self.go(Order { steps: now, begin: BEGIN_MOVE, sums, finish, set_up: 0 })?;
+            (self.control.left, self.control.begin) = (now, BEGIN_MOVE);
+            self.go(Order { sums, finish, set_up: 0 })?;
             self.seconds_per_step = clock.elapsed().as_secs_f64() / now as f64;
             left -= now;
             if stop.load(Ordering::Relaxed) {
                 if !(end && needs.energy && needs.virial) {
                     // Whoever looks at the last step may want its sums.
-                    self.go(Order { steps: 0, begin: BEGIN_FORCE, sums: 1, finish: 1, set_up: 0 })?;
+                    self.control.begin = BEGIN_FORCE;
+                    self.go(Order { sums: 1, finish: 1, set_up: 0 })?;
                 }
                 return Ok(Reached::Interrupted);
             }
@@ -240,15 +250,17 @@ impl Engine {
         Ok(Reached::End)
     }
 
-    /// Carries an order out, whatever the host has to do in between.
-    fn go(&mut self, mut order: Order) -> Result<(), Stop> {
+    /// Goes through the steps that are left, from where the control says, whatever the host has to do in between.
+    fn go(&mut self, order: Order) -> Result<(), Stop> {
         loop {
             self.launch(&order)?;
-            let Control { trouble, left, begin, .. } = self.control;
-            if trouble == 0 {
+            let Control { trouble, begin, .. } = self.control;
+            if trouble == 0 && begin == BEGIN_END {
                 return Ok(());
             }
-            (order.steps, order.begin) = (left, begin);
+            if trouble == 0 {
+                continue;
+            }
             self.redone += 1;
             if trouble & TROUBLE_CAPACITY != 0 {
                 let wanted = (f64::from(self.control.wanted) * GROWTH) as u32 + 8;
@@ -258,7 +270,7 @@ impl Engine {
             } else if trouble & TROUBLE_FORCE != 0 {
                 return self.force_fault();
             } else if trouble & TROUBLE_RANGE != 0 {
-                order = self.fall_back(order)?;
+                self.fall_back()?;
             } else {
                 let particles = self.read_particles(true)?;
                 return self.build_from(particles, order);
@@ -268,16 +280,17 @@ impl Engine {
 
     /// Goes over to pair arithmetic in double precision, with the list as it is: particles have moved further since the build
     /// than fixed-point coordinates stand, which a script without rebuilds allows.
-    fn fall_back(&mut self, order: Order) -> Result<Order, Stop> {
+    fn fall_back(&mut self) -> Result<(), Stop> {
         let control = self.control;
         let (mut then, mut now) = (State::default(), State::default());
         let held = self.read_particles(false)?;
         held.store(&mut then);
         self.read_particles(true)?.store(&mut now);
         self.plan.shape.double_pairs = true;
-        self.build_from(held, Order { steps: 0, begin: BEGIN_BUILD, sums: 0, finish: 0, set_up: 0 })?;
+        self.control.left = 0;
+        self.build_from(held, Order::default())?;
         let Control { n, parity, entries, tests, .. } = self.control;
-        self.control = Control { n, parity, entries, tests, ..control };
+        self.control = Control { n, parity, entries, tests, begin: BEGIN_PACK, ..control };
         let (pitch, count, store) = (self.sizes.pitch as usize, n as usize, self.plan.shape.double_store);
         let source: Vec<u32> = self.memory.get("held_source").read(parity as usize * pitch, count)?;
         for axis in 0..3 {
@@ -286,45 +299,67 @@ impl Engine {
             write_reals_at(self.memory.get("x"), axis * pitch, &column(&kept), store)?;
             write_reals_at(self.memory.get("v"), axis * pitch, &column(&|k| now.v[k][axis]), store)?;
         }
-        Ok(Order { begin: BEGIN_PACK, ..order })
+        Ok(())
     }
 
+    /// Launches kernels in the order of steps until all is done, the host has to act, or there were more builds than expected;
+    /// a kernel that is not asked for ends at once.
     fn launch(&mut self, order: &Order) -> Result<(), String> {
         let device = &self.compiler.device;
         device.bind()?;
         let control = self.memory.get("control");
-        (self.control.wanted, self.control.barrier) = (0, 0);
+        (self.control.wanted, self.control.trouble) = (0, 0);
+        (self.control.barrier, self.control.target) = (0, 0);
         (self.control.sort_trouble, self.control.force_trouble) = (0, 0);
-        (self.control.entries, self.control.tests) = match order.begin {
-            BEGIN_LIST => (0, 0),
-            _ => (self.control.entries, self.control.tests),
-        };
+        if self.control.begin == BEGIN_LIST {
+            (self.control.entries, self.control.tests, self.control.taken) = (0, 0, 0);
+        }
+        let before = self.control;
         control.write(0, &[self.control])?;
         let (table, scene) = (self.memory.table.as_ptr(), &self.plan.scene as *const Scene);
         let parameters = [table.cast::<c_void>(), scene.cast(), (order as *const Order).cast()];
-        self.compiled.advance.launch(self.compiled.blocks, BLOCK, &parameters)?;
+        let Compiled { advance, rebuild, conclude, .. } = &self.compiled;
+        for _ in 0..self.expected_builds() {
+            advance.go(&parameters)?;
+            rebuild.as_ref().map_or(Ok(()), |rebuild| rebuild.go(&parameters))?;
+        }
+        advance.go(&parameters)?;
+        if order.sums != 0 || order.finish != 0 {
+            conclude.go(&parameters)?;
+        }
         device.wait()?;
-        let builds = self.control.builds;
         self.control = control.read(0, 1)?[0];
         let sorted = self.control.trouble & (TROUBLE_POSITION | TROUBLE_LOST | TROUBLE_GRID) == 0;
         self.built |= sorted;
-        if self.control.builds != builds || (sorted && order.begin == BEGIN_BUILD) {
+        if self.control.builds != before.builds || (sorted && before.begin == BEGIN_BUILD) {
             self.held_box.clone_from(&self.simulation_box);
             self.held_step = self.control.step - self.control.ago as i64;
         }
-        if order.sums != 0 && self.control.trouble == 0 {
-            self.pair_sums = self.block_sums()?;
+        if order.sums != 0 && self.control.trouble == 0 && self.control.begin == BEGIN_END {
+            self.pair_sums = self.block_sums(self.compiled.conclude.blocks)?;
         }
         Ok(())
+    }
+
+    /// Builds to be ready for in the steps that are left, where builds are kernels of their own.
+    fn expected_builds(&self) -> u64 {
+        let Control { begin, left, builds, .. } = self.control;
+        if self.compiled.rebuild.is_none() {
+            return 0;
+        }
+        let steps = (self.control.step - self.counting_from).max(1) as f64;
+        let each = if builds > 0 { builds as f64 / steps } else { 1.0 };
+        let more = (left as f64 * each * 1.1).ceil().min(left as f64).min(MOST_BUILDS) as u64;
+        more + u64::from(begin == BEGIN_BUILD || begin == BEGIN_LIST)
     }
 
     pub fn sums(&mut self) -> Result<Sums, String> {
         let device = &self.compiler.device;
         device.bind()?;
         let (table, scene) = (self.memory.table.as_ptr(), &self.plan.scene as *const Scene);
-        self.compiled.kinetic.launch(self.compiled.blocks, BLOCK, &[table.cast::<c_void>(), scene.cast()])?;
+        self.compiled.kinetic.go(&[table.cast::<c_void>(), scene.cast()])?;
         device.wait()?;
-        let kinetic = self.block_sums()?;
+        let kinetic = self.block_sums(self.compiled.kinetic.blocks)?;
         let (scene, energy) = (&self.plan.scene, self.plan.energy);
         // Every pair stands in two rows.
         Ok(Sums {
@@ -369,9 +404,9 @@ impl Engine {
         let wanted = Shape { rebuilds, check, masses, ..self.plan.shape.clone() };
         if wanted != self.compiled.shape {
             self.plan.shape = wanted;
-            let blocks = self.compiled.blocks;
+            let blocks = self.compiled.blocks();
             self.compiled = compile(&self.compiler, &self.program, &self.plan.shape, self.control.n as usize)?;
-            self.compiled.blocks = self.compiled.blocks.min(blocks);
+            self.compiled.limit(blocks);
         }
         let scene = &mut self.plan.scene;
         (scene.dt, scene.every, scene.delay) = (timestep, policy.every, policy.delay);

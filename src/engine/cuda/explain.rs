@@ -14,12 +14,12 @@ pub fn explain(engine: &Engine) -> Vec<String> {
         n => format!("{n} threads a particle"),
     };
     let pairs = if shape.double_pairs { "f64" } else { "f32 on fixed-point coordinates" };
-    let kernel = &compiled.advance;
+    let kernel = &compiled.advance.kernel;
     let mut lines = vec![
         format!("Pair loop: {lanes}, {CHUNK} entries at a time; arithmetic in {pairs}"),
         format!(
             "Kernel: {} registers, {} bytes of shared memory, {} bytes of local memory a thread; {} blocks, {} on a multiprocessor",
-            kernel.registers, kernel.shared_bytes, kernel.local_bytes, compiled.blocks, kernel.resident
+            kernel.registers, kernel.shared_bytes, kernel.local_bytes, compiled.advance.blocks, kernel.resident
         ),
     ];
     let mut out = Vec::new();

@@ -3,7 +3,8 @@
 use super::cache::options;
 use super::nvrtc::{Compiled, Nvrtc};
 use super::plan::{Given, Plan, Tuning};
-use super::source::source;
+pub use super::source::Unit;
+use super::source::units;
 use crate::Error;
 use crate::engine::{Precision, Program};
 use crate::system::{SimulationBox, State};
@@ -21,11 +22,11 @@ pub struct Inspected {
 /// Comments in the intermediate code around the loop over a particle's row.
 pub const PAIR_LOOP: (&str, &str) = ("// pair loop", "// end of pair loop");
 
-/// Text of the kernels that a scene runs.
-pub fn source_of(program: &Program, state: &State, simulation_box: &SimulationBox, precision: Precision) -> String {
+/// Text of the kernels that a scene runs, in the parts that are compiled by themselves.
+pub fn units_of(program: &Program, state: &State, simulation_box: &SimulationBox, precision: Precision) -> Vec<Unit> {
     let (bounds, n, tuning) = (state.bounds(), state.len(), Tuning::default());
     let plan = Plan::new(&Given { program, simulation_box, bounds, n, precision, double_pairs: false, tuning });
-    source(program, &plan.shape)
+    units(program, &plan.shape)
 }
 
 /// Compiles kernels for an architecture such as "sm_90"; needs NVRTC, but no GPU.

@@ -61,13 +61,16 @@ macro_rules! numbers {
 }
 
 numbers! {
-    /// Where a launch begins.
+    /// What comes next.
     BEGIN_MOVE = 0;
-    BEGIN_BUILD = 1;
-    BEGIN_LIST = 2;
-    BEGIN_FORCE = 3;
+    BEGIN_FORCE = 1;
     /// As BEGIN_FORCE, after the host has changed positions.
-    BEGIN_PACK = 4;
+    BEGIN_PACK = 2;
+    BEGIN_BUILD = 3;
+    BEGIN_LIST = 4;
+    /// Forces of the last step, with energy and virial.
+    BEGIN_SUMS = 5;
+    BEGIN_END = 6;
     /// Why a launch came back early: bits.
     TROUBLE_POSITION = 1;
     TROUBLE_LOST = 2;
@@ -88,10 +91,8 @@ numbers! {
 }
 
 layout! {
-    /// What a launch is to do.
+    /// What kernels are to do beside steps.
     pub struct Order {
-        pub steps: u64,
-        pub begin: u32,
         /// Energy and virial are wanted at the last step.
         pub sums: u32,
         /// The second half of the last step is to be done as well.
@@ -108,7 +109,7 @@ layout! {
         pub ago: u64,
         pub builds: u64,
         pub dangerous: u64,
-        /// Steps that the last launch left undone.
+        /// Steps that are left to do.
         pub left: u64,
         /// Entries of the list, and distances tested for them.
         pub entries: u64,
@@ -124,8 +125,12 @@ layout! {
         pub force_trouble: u32,
         /// Longest row that was asked for.
         pub wanted: u32,
+        /// Work that warps have taken in the list build, beyond the first of each.
+        pub taken: u32,
         pub moved: [u32; 3],
         pub barrier: u32,
+        /// What the barrier stands at between kernels.
+        pub target: u32,
     }
 
     /// Constants of a scene between two actions of the host.
@@ -190,6 +195,6 @@ mod tests {
         let text = Limit::text();
         assert_eq!(text, "struct Limit {\n    float inner;\n    float outer;\n    double squared;\n};\n");
         assert!(Scene::text().contains("double lo[3];"));
-        assert!(numbers_text().contains("#define BEGIN_LIST 2u"));
+        assert!(numbers_text().contains("#define BEGIN_LIST 4u"));
     }
 }

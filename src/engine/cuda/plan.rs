@@ -1,7 +1,7 @@
 //! From a program and where its particles are to what kernels are given: shape, constants, tables.
 
 use super::layout::{Limit, Scene};
-use super::shape::{Shape, blocks_for, lanes_for};
+use super::shape::{Shape, blocks_for, groups_for, is_apart, lanes_for};
 use super::source::pair_numbers;
 use crate::engine::{Precision, Program, particles};
 use crate::neighbor::axis::{Axis, Reach};
@@ -26,7 +26,7 @@ pub struct Tuning {
 pub struct Plan {
     pub shape: Shape,
     pub scene: Scene,
-    /// Cells to look into by octant, relative to the own one, with the octants wanted as bits.
+    /// Runs of octants to look into by octant: the cell relative to the own one, first octant and their number times 8.
     pub visits: Vec<[i32; 4]>,
     pub visit_starts: Vec<u32>,
     pub limits: Vec<Limit>,
@@ -103,6 +103,8 @@ impl Plan {
         shape.folded = folded;
         shape.blocks_at_least = blocks_for(n, shape.double_pairs);
         shape.lanes = tuning.lanes.unwrap_or(lanes_for(n));
+        (shape.group, shape.slices) = groups_for(n);
+        shape.apart = is_apart(n);
         let cells = table.iter().map(|t| u64::from(*t)).product::<u64>();
         let buckets = cells * crate::neighbor::OCTANTS as u64;
         let storage = storage_bins(given, radius);
@@ -117,8 +119,9 @@ impl Plan {
         let coefficients = (0..squared.len()).flat_map(|k| pair_numbers(&scaled, squared[k], k)).collect();
         let coordinate =
             [simulation_box.lo, simulation_box.hi, low, high].map(|x| x.amax()).into_iter().fold(0.0, f64::max);
+        let span = grid.axes.iter().map(|axis| axis.edge).fold(0.0, f64::max) + radius;
         let limit = |r: &f64| {
-            let (inner, outer) = guard::limits(*r, coarsest, coordinate);
+            let (inner, outer) = guard::limits(*r, coarsest, coordinate, span);
             Limit { inner, outer, squared: r * r }
         };
         let ties = Ties::new(&cutoffs, simulation_box);
@@ -219,8 +222,8 @@ fn images(most: [u32; 3]) -> Vec<[i32; 4]> {
     all
 }
 
-/// For each octant the cells to look into, relative to the own one, and the octants wanted of each: the searches' own rules,
-/// asked in the middle of an endless grid.
+/// For each octant the cells to look into, relative to the own one, each with the first of some octants one after the other
+/// that are wanted of it, and their number times 8: the searches' own rules, asked in the middle of an endless grid.
 fn visits(grid: &Grid) -> (Vec<[i32; 4]>, Vec<u32>) {
     const MIDDLE: i64 = 1 << 40;
     let endless = grid.axes.map(|axis| Axis { cells: 2 * MIDDLE, periodic: false, ..axis });
@@ -231,9 +234,13 @@ fn visits(grid: &Grid) -> (Vec<[i32; 4]>, Vec<u32>) {
             endless[1].visits(MIDDLE, half(1), |y| {
                 endless[0].visits(MIDDLE, half(0), |x| {
                     let wanted = |o: u8| x.halves >> (o & 1) & y.halves >> (o >> 1 & 1) & z.halves >> (o >> 2) & 1;
-                    let octants = (0..8).map(|o| i32::from(wanted(o)) << o).sum();
                     let [dx, dy, dz] = [x, y, z].map(|v| (v.cell - MIDDLE) as i32);
-                    all.push([dx, dy, dz, octants]);
+                    let mut first = 0;
+                    while let Some(begin) = (first..8).find(|o| wanted(*o) != 0) {
+                        let end = (begin..8).find(|o| wanted(*o) == 0).unwrap_or(8);
+                        all.push([dx, dy, dz, i32::from(begin | (end - begin) << 3)]);
+                        first = end;
+                    }
                 });
             });
         });

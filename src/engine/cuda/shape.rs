@@ -14,11 +14,25 @@ pub fn lanes_for(n: usize) -> u32 {
     }
 }
 
+/// Particles of an octant that a warp lists together, and warps that share an octant, from the same measurements.
+pub fn groups_for(n: usize) -> (u32, u32) {
+    match n {
+        0..12_000 => (2, 16),
+        12_000..60_000 => (16, 2),
+        _ => (32, 1),
+    }
+}
+
+/// Whether builds are a kernel of their own: that costs two launches a build, and lets each kernel have the registers it needs.
+pub fn is_apart(n: usize) -> bool {
+    n >= 60_000
+}
+
 /// Blocks that are to fit on a multiprocessor, from the same measurements: more of them have fewer registers a thread.
 pub fn blocks_for(n: usize, double_pairs: bool) -> u32 {
     match n {
-        _ if double_pairs => 2,
         0..130_000 => 3,
+        _ if double_pairs => 3,
         _ => 4,
     }
 }
@@ -53,8 +67,13 @@ pub struct Shape {
     /// Some fix acts on a part of the particles.
     pub groups: bool,
     pub lanes: u32,
+    /// Particles of an octant that a warp lists together, and warps that share an octant.
+    pub group: u32,
+    pub slices: u32,
     /// Blocks that fit on a multiprocessor at least: bounds the registers of a thread.
     pub blocks_at_least: u32,
+    /// Builds are a kernel of their own.
+    pub apart: bool,
 }
 
 impl Shape {
@@ -82,7 +101,10 @@ impl Shape {
             masses: program.masses.windows(2).any(|pair| pair[0] != pair[1]),
             groups: program.fixes.iter().any(|fix| fix.group != GROUP_ALL),
             lanes: 1,
+            group: 32,
+            slices: 1,
             blocks_at_least: 1,
+            apart: false,
         }
     }
 

@@ -13,14 +13,26 @@ use crate::real::{Arithmetic, Expr, Recording};
 use crate::system::GROUP_ALL;
 use crate::system::simulation_box::wrap_once;
 
-const STAGES: [(&str, &str); 6] = [
-    ("kernels/grid.cuh", include_str!("../../../kernels/grid.cuh")),
-    ("kernels/motion.cuh", include_str!("../../../kernels/motion.cuh")),
-    ("kernels/sort.cuh", include_str!("../../../kernels/sort.cuh")),
-    ("kernels/search.cuh", include_str!("../../../kernels/search.cuh")),
-    ("kernels/force.cuh", include_str!("../../../kernels/force.cuh")),
-    ("kernels/advance.cu", include_str!("../../../kernels/advance.cu")),
-];
+/// A file of `kernels/`: its name and its text.
+type Stage = (&'static str, &'static str);
+
+const GRID: Stage = ("kernels/grid.cuh", include_str!("../../../kernels/grid.cuh"));
+const MOTION: Stage = ("kernels/motion.cuh", include_str!("../../../kernels/motion.cuh"));
+const SORT: Stage = ("kernels/sort.cuh", include_str!("../../../kernels/sort.cuh"));
+const SEARCH: Stage = ("kernels/search.cuh", include_str!("../../../kernels/search.cuh"));
+const BUILD: Stage = ("kernels/build.cuh", include_str!("../../../kernels/build.cuh"));
+const FORCE: Stage = ("kernels/force.cuh", include_str!("../../../kernels/force.cuh"));
+const ADVANCE: Stage = ("kernels/advance.cu", include_str!("../../../kernels/advance.cu"));
+const CONCLUDE: Stage = ("kernels/conclude.cu", include_str!("../../../kernels/conclude.cu"));
+
+/// Kernels that are compiled together.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Unit {
+    /// That of its first kernel.
+    pub name: &'static str,
+    /// CUDA C.
+    pub text: String,
+}
 
 /// 1 / x to a unit in the last place, in a quarter of the instructions of a division: an estimate of 20 bits, made exact by two
 /// steps of Newton's method.
@@ -55,8 +67,24 @@ pub fn pair_numbers(table: &PairTable, cutoff_squared: f64, pair: usize) -> Vec<
     with_style(table.style, Numbers(table, cutoff_squared, pair)).expect("the scene names a registered pair style")
 }
 
-/// The whole text.
-pub fn source(program: &Program, shape: &Shape) -> String {
+/// The kernels of a scene, in parts that are compiled side by side.
+pub fn units(program: &Program, shape: &Shape) -> Vec<Unit> {
+    let common = common(program, shape);
+    let unit = |name: &'static str, stages: &[Stage]| {
+        let texts = [GRID, MOTION].into_iter().chain(stages.iter().copied());
+        let texts: String = texts.map(|(name, stage)| format!("#line 1 \"{name}\"\n{stage}")).collect();
+        Unit { name, text: format!("{common}{texts}") }
+    };
+    let conclude = unit("conclude", &[FORCE, CONCLUDE]);
+    if shape.apart {
+        vec![unit("advance", &[FORCE, ADVANCE]), unit("rebuild", &[SORT, SEARCH, BUILD]), conclude]
+    } else {
+        vec![unit("advance", &[SORT, SEARCH, BUILD, FORCE, ADVANCE]), conclude]
+    }
+}
+
+/// What all units begin with.
+fn common(program: &Program, shape: &Shape) -> String {
     let mut text = defines(program, shape);
     text += &numbers_text();
     text += &format!("typedef {} store;\ntypedef {} real;\n", shape.store().0, shape.real().0);
@@ -73,9 +101,6 @@ pub fn source(program: &Program, shape: &Shape) -> String {
     text += &pair_formulas(&program.pair, shape);
     text += &fix_formulas(&program.fixes, shape);
     text += &rules(shape);
-    for (name, stage) in STAGES {
-        text += &format!("#line 1 \"{name}\"\n{stage}");
-    }
     text
 }
 
@@ -87,6 +112,8 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("PERIODIC", shape.periodic as usize),
         ("INDEX_BITS", shape.index_bits as usize),
         ("LANES", shape.lanes as usize),
+        ("GROUP", shape.group as usize),
+        ("SLICES", shape.slices as usize),
         ("BLOCKS_AT_LEAST", shape.blocks_at_least as usize),
     ];
     let switches = [
@@ -102,6 +129,7 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("SHRINKS", shape.shrinks),
         ("MASSES", shape.masses),
         ("GROUPS", shape.groups),
+        ("APART", shape.apart),
     ];
     let mut text: String = values.iter().map(|(name, value)| format!("#define {name} {value}\n")).collect();
     text += &switches.iter().filter(|s| s.1).map(|(name, _)| format!("#define {name}\n")).collect::<String>();

@@ -172,8 +172,8 @@ impl Engine {
     }
 
     /// Sums over the blocks, in their order.
-    pub(super) fn block_sums(&self) -> Result<[f64; 7], String> {
-        let all: Vec<f64> = self.memory.get("block_sums").read(0, 7 * self.compiled.blocks as usize)?;
+    pub(super) fn block_sums(&self, blocks: u32) -> Result<[f64; 7], String> {
+        let all: Vec<f64> = self.memory.get("block_sums").read(0, 7 * blocks as usize)?;
         let mut sums = [0.0; 7];
         for block in all.chunks_exact(7) {
             sums.iter_mut().zip(block).for_each(|(sum, part)| *sum += part);
