@@ -28,12 +28,13 @@ impl Compiler {
     /// Kernels of a source.
     pub fn kernels(&self, source: &str) -> Result<Kernels, String> {
         let clock = Instant::now();
-        let kernels = cache::kernels(source, &self.device.architecture(), self.nvrtc())?;
+        let (folder, architecture) = (cache::folder(), self.device.architecture());
+        let kernels = cache::kernels(folder.as_deref(), source, &architecture, self.nvrtc())?;
         let seconds = clock.elapsed().as_secs_f64();
         let version = self.nvrtc().as_ref().map_or("?".into(), Nvrtc::version_text);
         let note = match kernels.cached {
             true => format!("Kernels: from the cache in {seconds:.3} s"),
-            false => format!("Kernels: compiled in {seconds:.2} s (NVRTC {version}, {})", self.device.architecture()),
+            false => format!("Kernels: compiled in {seconds:.2} s (NVRTC {version}, {architecture})"),
         };
         self.notes.borrow_mut().push(note);
         Ok(kernels)
