@@ -61,7 +61,7 @@ pub struct Engine {
     pub(super) pair_sums: [f64; 7],
     pub lost: usize,
     /// Times that arrays had to grow, or the grid to move.
-    pub redone: u32,
+    pub redone: u64,
     pub(super) seconds_per_step: f64,
     pub(super) base: [u64; 5],
     /// The wall time that the first set-up took beyond opening the device.
@@ -154,6 +154,7 @@ impl Engine {
     pub fn set_up(&mut self, needs: Needs) -> Result<(), Stop> {
         self.control.builds = 0;
         self.control.dangerous = 0;
+        self.redone = 0;
         let particles = match self.loaded.take() {
             Some(particles) => particles,
             None => self.read_particles(true)?,
@@ -398,7 +399,8 @@ impl Engine {
 
     pub fn statistics(&self) -> NeighborStatistics {
         let dangerous = self.program.policy.check.then_some(self.control.dangerous);
-        NeighborStatistics { builds: self.control.builds, dangerous, pairs: self.control.entries / 2 }
+        let (builds, pairs) = (self.control.builds, self.control.entries / 2);
+        NeighborStatistics { builds, dangerous, pairs, redone: self.redone }
     }
 
     pub fn seconds(&self) -> StageSeconds {
