@@ -35,7 +35,7 @@ fn force_loop(ptx: &str) -> Vec<String> {
     opcodes(shortest).map(String::from).collect()
 }
 
-/// Numbers of a source's text before a line.
+/// How many lines of a text stand above a line.
 fn lines_before(text: &str, line: &str) -> usize {
     text.lines().position(|l| l == line).unwrap_or_else(|| panic!("no line {line}"))
 }
