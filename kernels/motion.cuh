@@ -73,6 +73,7 @@ template <bool INITIAL> __device__ __forceinline__ void move_particles(const Arr
     const store dt = (store)s.dt;
     u32 far = 0;
     for (u32 k = THREAD; k < r.n; k += THREADS) {
+        asm volatile("// move");
         store x[3], v[3], f[3];
         for (u32 axis = 0; axis < 3; axis++) {
             x[axis] = axis_of(a.x, s, axis)[k];
@@ -115,6 +116,7 @@ template <bool INITIAL> __device__ __forceinline__ void move_particles(const Arr
             pack(a, s, r, k, x, kind);
         }
         for (u32 axis = 0; axis < 3; axis++) axis_of(a.v, s, axis)[k] = v[axis];
+        asm volatile("// end of move");
     }
     if (INITIAL && far) atomicOr(&a.control->moved[r.step % 3], far);
 }

@@ -2,38 +2,24 @@
 #![cfg(feature = "cuda")]
 
 mod common;
+#[path = "common/kernels.rs"]
+mod kernels;
 
-use common::{Noise, melt, program, program_of_style};
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use octant::engine::Precision;
-use octant::engine::cuda::inspect::{compiler, double_instructions, inspect, pair_loops, source_of};
-use octant::engine::{Program, StorageSort};
+use common::{melt, program, program_of_style};
+use kernels::{gas, is_there};
+
+use octant::engine::cuda::inspect::{Unit, inspect, units_of};
+use octant::engine::cuda::ptx::{double_instructions, moves, pair_loops};
+use octant::engine::{Precision, Program, StorageSort};
 use octant::neighbor::Search;
-use octant::system::{Side, SimulationBox, State, Vec3};
+use octant::session::{Settings, first_run};
+use octant::system::{Side, SimulationBox, State};
 
 const ARCHITECTURES: [&str; 4] = ["sm_75", "sm_80", "sm_90", "sm_120"];
-
-/// Whether there is a compiler; without one these tests cannot tell anything, and say so.
-fn is_there() -> bool {
-    match compiler() {
-        Ok(_) => true,
-        Err(reason) => {
-            eprintln!("skipped: {reason}");
-            false
-        }
-    }
-}
-
-fn gas(n: usize, edge: f64, side: Side) -> (State, SimulationBox) {
-    let mut noise = Noise(7);
-    let mut state = State::default();
-    for k in 0..n {
-        let x = 0.5 * edge * (Vec3::repeat(1.0) + noise.vector());
-        state.push(k as u32 + 1, 1 + k as u32 % 2, x);
-    }
-    (state, SimulationBox::new(Vec3::zeros(), Vec3::repeat(edge), [[side; 2]; 3]))
-}
 
 /// Name, program, particles, box.
 type Scene = (String, Program, State, SimulationBox);
@@ -70,54 +56,106 @@ fn scenes() -> Vec<Scene> {
     all
 }
 
+/// The scenes that come with octant, as their first run starts.
+fn inputs() -> Vec<Scene> {
+    let entries = std::fs::read_dir("inputs").unwrap().map(|entry| entry.unwrap().path());
+    let mut scripts: Vec<PathBuf> = entries.filter(|path| path.extension().is_some_and(|e| e == "in")).collect();
+    scripts.sort();
+    assert!(scripts.len() >= 10, "{scripts:?}");
+    scripts.iter().map(|script| input(script)).collect()
+}
+
+fn input(script: &Path) -> Scene {
+    let text = std::fs::read_to_string(script).unwrap();
+    // Kernels know nothing of dumps, whose formats may not be built in.
+    let text: String = text.lines().filter(|line| !line.starts_with("dump")).map(|line| format!("{line}\n")).collect();
+    let name = script.display().to_string();
+    let out = std::env::temp_dir().display().to_string();
+    let settings = Settings { variables: vec![("out".into(), out)], ..Settings::default() };
+    let run = first_run(&name, &text, &settings).unwrap_or_else(|e| panic!("{e}"));
+    (name, run.program, run.state, run.simulation_box)
+}
+
+/// Kernels to compile, with the name of the first scene and precision that has them.
+struct Work {
+    name: String,
+    unit: Unit,
+    architecture: &'static str,
+}
+
+/// Every text of kernels once: those of whole scenes for every architecture, others for the oldest and the newest.
+fn work() -> Vec<Work> {
+    let mut known = HashSet::new();
+    let mut all = Vec::new();
+    let ends = [ARCHITECTURES[0], ARCHITECTURES[ARCHITECTURES.len() - 1]];
+    for (scenes, architectures) in [(inputs(), &ARCHITECTURES[..]), (scenes(), &ends)] {
+        for (name, program, state, space) in &scenes {
+            for precision in Precision::ALL {
+                for unit in units_of(program, state, space, precision) {
+                    if known.insert(unit.clone()) {
+                        let work = |architecture: &&'static str| Work {
+                            name: format!("{name}, {precision:?}, {architecture}, {}", unit.kernels[0]),
+                            unit: unit.clone(),
+                            architecture,
+                        };
+                        all.extend(architectures.iter().map(work));
+                    }
+                }
+            }
+        }
+    }
+    all
+}
+
 #[test]
 fn every_kind_of_kernel_compiles_for_every_architecture() {
     if !is_there() {
         return;
     }
-    let scenes = scenes();
+    let all = work();
     let next = AtomicUsize::new(0);
-    let work = || {
-        while let Some(scene) = scenes.get(next.fetch_add(1, Ordering::Relaxed)) {
-            check(scene);
+    let check_some = || {
+        while let Some(work) = all.get(next.fetch_add(1, Ordering::Relaxed)) {
+            check(work);
         }
     };
     // Compilations share nothing: as many side by side as there are cores.
     std::thread::scope(|scope| {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let threads: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+        let threads: Vec<_> = (0..cores).map(|_| scope.spawn(check_some)).collect();
         for thread in threads {
             thread.join().unwrap();
         }
     });
+    println!("{} compilations", all.len());
 }
 
-fn check((name, program, state, space): &Scene) {
-    for precision in Precision::ALL {
-        let source = source_of(program, state, space, precision);
-        for architecture in ARCHITECTURES {
-            let found = inspect(source.clone(), architecture);
-            let found = found.unwrap_or_else(|e| panic!("{name}, {precision:?}, {architecture}: {e}"));
-            assert!(!found.cubin.is_empty());
-            let loops = pair_loops(&found.ptx);
-            assert!(loops.len() >= 2, "{name}: the pair loops are not marked");
-            let doubles: Vec<usize> = loops.iter().map(|text| double_instructions(text)).collect();
-            let (least, most) = (doubles.iter().min().unwrap(), doubles.iter().max().unwrap());
-            if source.contains("#define FIXED") {
-                // The loop with energy and virial may be followed by the sums of a row: seven conversions and additions.
-                let fine = *least == 0 && *most <= 14;
-                assert!(fine, "{name}, {precision:?}, {architecture}: f64 in the pair loop: {doubles:?}");
-            } else {
-                assert!(*least > 10, "{name}: pairs in double precision have f64");
-            }
+fn check(Work { name, unit, architecture }: &Work) {
+    let found = inspect(&unit.text, architecture).unwrap_or_else(|e| panic!("{name}: {e}"));
+    assert!(!found.cubin.is_empty());
+    let loops = pair_loops(&found.ptx);
+    // Energy and virial may be followed in their loop by the sums of a row: seven conversions and additions.
+    let allowed = match unit.kernels[0] {
+        "advance" => 0,
+        "conclude" => 14,
+        _ => {
+            assert!(loops.is_empty(), "{name}: pairs are worked out elsewhere");
+            return;
         }
+    };
+    assert!(loops.len() == 1 && moves(&found.ptx).len() == 1, "{name}: stages are not marked");
+    let doubles = double_instructions(&loops[0]);
+    if unit.text.contains("#define FIXED") {
+        assert!(doubles <= allowed, "{name}: {doubles} f64 instructions in the pair loop");
+    } else {
+        assert!(doubles > 10, "{name}: pairs in double precision have f64");
     }
 }
 
 #[test]
 fn what_a_scene_lacks_is_not_in_its_kernels() {
     let source = |program: &Program, (state, space): &(State, SimulationBox), precision| {
-        source_of(program, state, space, precision)
+        units_of(program, state, space, precision).into_iter().map(|unit| unit.text).collect::<String>()
     };
     let plain = program(&[2.5], 0.3, Search::Trimmed);
     let text = source(&plain, &melt(10), Precision::Mixed);

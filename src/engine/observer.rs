@@ -53,6 +53,9 @@ pub struct NeighborStatistics {
     pub dangerous: Option<u64>,
     /// Pairs in the half list of the last build.
     pub pairs: u64,
+    /// Times since the set-up began, it included, that a GPU had to stop for the host and begin anew where it was: arrays
+    /// had to grow, the grid or a shrink-wrapped side to move. A CPU has no need of that.
+    pub redone: u64,
 }
 
 /// The simulation at one step.

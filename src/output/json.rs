@@ -36,6 +36,8 @@ pub struct NeighborReport {
     pub builds: u64,
     /// Null where dangerous builds are not checked for.
     pub dangerous: Option<u64>,
+    /// Times in the last run that arrays had to grow or the grid to move on a GPU, and steps to be redone.
+    pub redone: u64,
     /// Distances that the last build tested, over atoms.
     pub distance_tests_per_atom: f64,
     /// Entries of the full list over atoms: each pair counts twice.
@@ -60,9 +62,9 @@ impl MemoryReport {
 impl NeighborReport {
     pub fn new(statistics: &NeighborStatistics, work: Work, atoms: usize) -> Self {
         let per_atom = if atoms > 0 { statistics.pairs as f64 / atoms as f64 } else { 0.0 };
-        let NeighborStatistics { builds, dangerous, pairs, .. } = *statistics;
+        let NeighborStatistics { builds, dangerous, pairs, redone } = *statistics;
         let Work { distance_tests_per_atom, list_entries_per_atom } = work;
-        Self { total: pairs, per_atom, builds, dangerous, distance_tests_per_atom, list_entries_per_atom }
+        Self { total: pairs, per_atom, builds, dangerous, redone, distance_tests_per_atom, list_entries_per_atom }
     }
 }
 
@@ -104,7 +106,7 @@ mod tests {
     #[test]
     fn is_written_whole_with_the_documented_names() {
         let path = std::env::temp_dir().join(format!("octant-report-{}.json", std::process::id()));
-        let statistics = NeighborStatistics { builds: 3, dangerous: None, pairs: 10 };
+        let statistics = NeighborStatistics { builds: 3, dangerous: None, pairs: 10, redone: 2 };
         let mut report = Report { atoms: 4, ..Report::new() };
         report.neighbors =
             NeighborReport::new(&statistics, Work { distance_tests_per_atom: 470.5, list_entries_per_atom: 5.0 }, 4);
@@ -119,6 +121,7 @@ mod tests {
         assert_eq!(read["version"], env!("CARGO_PKG_VERSION"));
         assert_eq!(read["neighbors"]["per_atom"], 2.5);
         assert_eq!(read["neighbors"]["dangerous"], Value::Null);
+        assert_eq!(read["neighbors"]["redone"], 2);
         assert_eq!(read["neighbors"]["distance_tests_per_atom"], 470.5);
         assert_eq!(read["memory"]["bytes_per_atom"], 1000.0);
         assert_eq!(read["timing"]["steps_per_s"], 50.0);

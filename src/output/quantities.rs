@@ -296,7 +296,7 @@ pub(crate) mod tests {
             state,
             simulation_box,
             sums,
-            neighbors: NeighborStatistics { builds: 4, dangerous: Some(1), pairs: 10 },
+            neighbors: NeighborStatistics { builds: 4, dangerous: Some(1), pairs: 10, redone: 0 },
             elapsed_seconds: 2.0,
         }
     }

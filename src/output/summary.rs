@@ -175,6 +175,9 @@ impl RunSummary {
             Some(dangerous) => format!("Dangerous builds = {dangerous}"),
             None => "Dangerous builds not checked".into(),
         });
+        if n.redone > 0 {
+            lines.push(format!("Arrays grown or grid moved, and steps redone, on the GPU = {}", n.redone));
+        }
         lines
     }
 }
@@ -219,7 +222,7 @@ mod tests {
                 modify: 0.00034309,
                 other: 0.000174,
             },
-            neighbors: NeighborStatistics { builds: 9, dangerous: Some(0), pairs: 9621 },
+            neighbors: NeighborStatistics { builds: 9, dangerous: Some(0), pairs: 9621, redone: 0 },
         }
     }
 
@@ -282,6 +285,12 @@ Dangerous builds = 0";
         let empty = RunSummary { atoms: 0, neighbors: NeighborStatistics::default(), ..sample() };
         let expected = ["Total # of neighbors = 0", "Neighbor list builds = 0", "Dangerous builds not checked"];
         assert_eq!(empty.neighbor_lines(), expected);
+        // A GPU that did not have to stop says nothing of it.
+        let redone = |redone| RunSummary { neighbors: NeighborStatistics { redone, ..sample().neighbors }, ..sample() };
+        let (without, with) = (redone(0).lines(true), redone(2).lines(true));
+        assert_eq!(with[..without.len()], without);
+        assert_eq!(with[without.len()..], ["Arrays grown or grid moved, and steps redone, on the GPU = 2"]);
+        assert_eq!(redone(2).lines(false).len(), 2);
     }
 
     #[test]

@@ -11,12 +11,13 @@ use super::run::{Outcome, STOP};
 use super::{Live, ScriptState, Settings};
 use crate::Error;
 use crate::engine::Backend as _;
-use crate::engine::{FaultKind, Needs, Stop};
+use crate::engine::{FaultKind, Needs, Program, Stop};
 use crate::neighbor::Grid;
 use crate::output::Console;
 use crate::output::Report;
 use crate::scene::builder::list_fits;
 use crate::script::{Command, Complaint, InputError, Source, Span, Statement};
+use crate::system::{SimulationBox, State};
 
 /// What `octant check` says of a good script.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -184,6 +185,38 @@ fn go_on(state: &mut ScriptState, first: Statement, live: &mut Live<'_>) -> Resu
     Ok(outcome)
 }
 
+/// What the first run of a script starts from.
+#[derive(Clone, Debug)]
+pub struct FirstRun {
+    pub program: Program,
+    pub state: State,
+    pub simulation_box: SimulationBox,
+    /// Number of the step.
+    pub step: i64,
+}
+
+/// Judges a script given as text and returns what its first run starts from, or what there is at its end; `name` is what messages
+/// call it.
+pub fn first_run(name: &str, text: &str, settings: &Settings) -> Result<FirstRun, Error> {
+    settings.check()?;
+    start_of(&Source::new(name, text), settings, "first run")
+}
+
+/// The same for a source; `asker` is named if the script makes nothing that could be run.
+fn start_of(source: &Arc<Source>, settings: &Settings, asker: &str) -> Result<FirstRun, Error> {
+    let (_, end, checkpoint, _) = judge(source, settings, Console::discard())?;
+    let scene = checkpoint.map_or(end, |c| c.state).scene;
+    let (program, ..) = scene.program(settings.search).map_err(|c| lacks(source, asker, &c))?;
+    let simulation_box = scene.space().map_err(|c| lacks(source, asker, &c))?.clone();
+    Ok(FirstRun { program, simulation_box, step: scene.step, state: scene.state })
+}
+
+/// A script without a run may lack things; that shows at its end.
+fn lacks(source: &Arc<Source>, asker: &str, complaint: &Complaint) -> InputError {
+    let length = source.text.trim_end().len();
+    InputError::new(source, Span::new(length, length), format!("{asker}: {}", complaint.message))
+}
+
 /// Neighbors of every atom.
 #[derive(Clone, Debug)]
 pub struct Neighbors {
@@ -200,34 +233,27 @@ pub struct Neighbors {
 pub fn neighbors(script: &Path, settings: &Settings, cutoff: Option<f64>) -> Result<Neighbors, Error> {
     settings.check()?;
     let source = read(script)?;
-    let (_, end, checkpoint, _) = judge(&source, settings, Console::discard())?;
-    let state = checkpoint.map_or(end, |c| c.state);
-    // A script without a run may lack things; that shows at its end.
-    let length = source.text.trim_end().len();
-    let lacks = |c: Complaint| InputError::new(&source, Span::new(length, length), format!("neighbors: {}", c.message));
-    let (mut program, ..) = state.scene.program(settings.search).map_err(lacks)?;
-    let space = state.scene.space().map_err(lacks)?;
+    let FirstRun { mut program, mut state, simulation_box, step } = start_of(&source, settings, "neighbors")?;
     if let Some(cutoff) = cutoff {
         program.policy.skin = 0.0;
         for pair in &mut program.pair.pairs {
             pair.cutoff = cutoff;
         }
-        list_fits(&state.scene.state, space, cutoff).map_err(lacks)?;
+        list_fits(&state, &simulation_box, cutoff).map_err(|c| lacks(&source, "neighbors", &c))?;
     }
     let radius = program.pair.neighbor_cutoffs(program.policy.skin).into_iter().fold(0.0, f64::max);
     let mut backend = settings.cpu_engine()?;
-    backend.load(Arc::new(program), &state.scene.state, space, state.scene.step)?;
+    backend.load(Arc::new(program), &state, &simulation_box, step)?;
     // Overlapping atoms have no finite force, but they have neighbors.
     match backend.set_up(Needs::default()) {
         Err(Stop::Fault(fault)) if fault.kind == FaultKind::Force => {}
         Err(why) => return Err(Error::Fault(why.to_string())),
         Ok(()) => {}
     }
-    let mut now = state.scene.state.clone();
-    backend.fetch(&mut now)?;
-    let mut counts: Vec<(u32, u32)> = now.id.iter().copied().zip(backend.neighbor_counts()?).collect();
+    backend.fetch(&mut state)?;
+    let mut counts: Vec<(u32, u32)> = state.id.iter().copied().zip(backend.neighbor_counts()?).collect();
     counts.sort_unstable();
-    let (low, high) = now.bounds();
+    let (low, high) = state.bounds();
     let grid = Grid::new(settings.search, backend.simulation_box(), &low, &high, radius).to_string();
     Ok(Neighbors { counts, radius, grid })
 }

@@ -10,7 +10,7 @@ mod run_loop;
 mod settings;
 mod state;
 
-pub use judge::{Judged, Neighbors, check, check_text, neighbors, run, stop_on_interrupt};
+pub use judge::{FirstRun, Judged, Neighbors, check, check_text, first_run, neighbors, run, stop_on_interrupt};
 pub use run::Outcome;
 pub use settings::{BackendChoice, Settings};
 

@@ -55,8 +55,8 @@ pub fn compile(compiler: &Compiler, program: &Program, shape: &Shape, n: usize) 
     let compiled = compiler.kernels(&units)?;
     let modules = compiled.iter().map(|kernels| Module::load(&kernels.cubin)).collect::<Result<Vec<_>, _>>()?;
     let processors = compiler.device.multiprocessors;
-    let find = |unit: &str, name: &str, threads: u64| -> Result<Launch, String> {
-        let at = units.iter().position(|u| u.name == unit).expect("the unit is one of the scene's");
+    let find = |name: &str, threads: u64| -> Result<Launch, String> {
+        let at = units.iter().position(|unit| unit.kernels.contains(&name)).expect("the kernel is one of the scene's");
         let kernel = modules[at].kernel(name, BLOCK)?;
         let resident = processors * kernel.resident.max(1);
         let useful = (n as u64 * threads).div_ceil(BLOCK.into());
@@ -65,10 +65,10 @@ pub fn compile(compiler: &Compiler, program: &Program, shape: &Shape, n: usize) 
     };
     let lanes = u64::from(shape.lanes);
     Ok(Compiled {
-        advance: find("advance", "advance", lanes)?,
-        rebuild: if shape.apart { Some(find("rebuild", "rebuild", 32)?) } else { None },
-        conclude: find("conclude", "conclude", lanes)?,
-        kinetic: find("conclude", "kinetic", 1)?,
+        advance: find("advance", lanes)?,
+        rebuild: if shape.apart { Some(find("rebuild", 32)?) } else { None },
+        conclude: find("conclude", lanes)?,
+        kinetic: find("kinetic", 1)?,
         shape: shape.clone(),
         _modules: modules,
         ptx: compiled.into_iter().map(|kernels| kernels.ptx).collect(),

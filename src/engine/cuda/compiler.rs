@@ -29,9 +29,10 @@ impl Compiler {
     /// Kernels of all units, which are compiled side by side.
     pub fn kernels(&self, units: &[Unit]) -> Result<Vec<Kernels>, String> {
         let clock = Instant::now();
-        let (architecture, nvrtc) = (&self.device.architecture(), self.nvrtc());
+        let (folder, architecture, nvrtc) = (cache::folder(), self.device.architecture(), self.nvrtc());
+        let (folder, target) = (folder.as_deref(), architecture.as_str());
         let all = std::thread::scope(|scope| {
-            let one = |unit| scope.spawn(move || cache::kernels(unit, architecture, nvrtc));
+            let one = |unit| scope.spawn(move || cache::kernels(folder, unit, target, nvrtc));
             let threads: Vec<_> = units.iter().map(|unit| one(&unit.text)).collect();
             threads.into_iter().map(|t| t.join().expect("the compiler does not panic")).collect::<Result<Vec<_>, _>>()
         })?;
@@ -39,7 +40,7 @@ impl Compiler {
         let version = self.nvrtc().as_ref().map_or("?".into(), Nvrtc::version_text);
         let note = match all.iter().all(|kernels| kernels.cached) {
             true => format!("Kernels: from the cache in {seconds:.3} s"),
-            false => format!("Kernels: compiled in {seconds:.2} s (NVRTC {version}, {})", self.device.architecture()),
+            false => format!("Kernels: compiled in {seconds:.2} s (NVRTC {version}, {architecture})"),
         };
         self.notes.borrow_mut().push(note);
         Ok(all)

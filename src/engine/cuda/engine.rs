@@ -64,7 +64,7 @@ pub struct Engine {
     pub(super) pair_sums: [f64; 7],
     pub lost: usize,
     /// Times that arrays had to grow, or the grid to move.
-    pub redone: u32,
+    pub redone: u64,
     /// The step of the last set-up, from which on builds are counted.
     counting_from: i64,
     pub(super) seconds_per_step: f64,
@@ -161,6 +161,7 @@ impl Engine {
         self.control.builds = 0;
         self.counting_from = self.control.step;
         self.control.dangerous = 0;
+        self.redone = 0;
         let particles = match self.loaded.take() {
             Some(particles) => particles,
             None => self.read_particles(true)?,
@@ -433,7 +434,8 @@ impl Engine {
 
     pub fn statistics(&self) -> NeighborStatistics {
         let dangerous = self.program.policy.check.then_some(self.control.dangerous);
-        NeighborStatistics { builds: self.control.builds, dangerous, pairs: self.control.entries / 2 }
+        let (builds, pairs) = (self.control.builds, self.control.entries / 2);
+        NeighborStatistics { builds, dangerous, pairs, redone: self.redone }
     }
 
     pub fn seconds(&self) -> StageSeconds {

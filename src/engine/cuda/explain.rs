@@ -2,8 +2,8 @@
 
 use super::arrays::{Count, arrays};
 use super::engine::Engine;
-use super::inspect::{double_instructions, pair_loops};
 use super::layout::CHUNK;
+use super::ptx::{StepContent, step_content};
 
 /// Line by line.
 pub fn explain(engine: &Engine) -> Vec<String> {
@@ -41,24 +41,53 @@ pub fn explain(engine: &Engine) -> Vec<String> {
         }
     }
     lines.push(format!("Left out here: {}", out.join("; ")));
-    let doubles: Vec<usize> = pair_loops(&compiled.ptx).iter().map(|text| double_instructions(text)).collect();
-    let all = double_instructions(&compiled.ptx);
-    lines.push(format!(
-        "f64 instructions in the code: {all}, of them in the pair loop {}, with energy and virial {}",
-        doubles.iter().min().unwrap_or(&0),
-        doubles.iter().max().unwrap_or(&0)
-    ));
     let columns = |count: Count| if let Count::Columns(n) = count { n } else { 0 };
     let each: usize = arrays(shape).iter().map(|a| columns(a.count) * a.entry.1).sum();
     let atoms = f64::from(engine.control.n.max(1));
     let (entries, tests) = (engine.control.entries as f64 / atoms, engine.control.tests as f64 / atoms);
     let list = f64::from(plan.scene.capacity) * shape.entry() as f64;
-    // x and v are read and written, f and what is held read, slots written; then slots and list are read, f written.
-    let (store, real, slot) = (shape.store().1 as f64, shape.real().1 as f64, shape.slot().1 as f64);
-    let step = 12.0 * store + 6.0 * real + 2.0 * slot + 24.0 + 4.0 + entries * shape.entry() as f64;
     lines.push(format!(
-        "An atom: {each} bytes of arrays and {list:.0} of list; {step:.0} bytes a step without what neighbors are read again; \
-         {entries:.1} list entries out of {tests:.0} distances tested"
+        "An atom: {each} bytes of arrays and {list:.0} of list; {entries:.1} list entries out of {tests:.0} distances tested"
     ));
+    // Before its row an atom's slot and the length of the row are read, after it the force is written.
+    let beside = shape.slot().1 + size_of::<u32>() + 3 * shape.real().1;
+    lines.extend(step_lines(&step_content(&compiled.ptx), entries, beside));
     lines
+}
+
+/// What an atom with so many entries in its row costs in a step; `beside` are the bytes of the pair stage that are not moved
+/// in its loop.
+fn step_lines(step: &StepContent, entries: f64, beside: usize) -> [String; 2] {
+    let an_entry = |loop_content: usize| loop_content as f64 / StepContent::ENTRIES as f64;
+    let StepContent { moving, force, sums } = step;
+    let (doubles, bytes) = (an_entry(force.doubles), an_entry(force.bytes));
+    [
+        format!(
+            "f64 instructions an atom and step, in one pass of the straight-line code: {} as it moves, {:.0} in the pair loop \
+             ({doubles:.1} an entry; {:.1} with energy and virial)",
+            moving.doubles,
+            doubles * entries,
+            an_entry(sums.doubles)
+        ),
+        format!(
+            "Bytes an atom and step, counted alike: {} as it moves, {:.0} in the pair loop ({bytes:.1} an entry), {beside} beside it",
+            moving.bytes,
+            bytes * entries
+        ),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ptx::Content;
+    use super::*;
+
+    #[test]
+    fn costs_are_of_an_atom_and_step() {
+        let content = |doubles, bytes| Content { instructions: 100, doubles, bytes };
+        let step = StepContent { moving: content(30, 148), force: content(4, 80), sums: content(18, 80) };
+        let [doubles, bytes] = step_lines(&step, 50.0, 32);
+        assert!(doubles.ends_with(": 30 as it moves, 50 in the pair loop (1.0 an entry; 4.5 with energy and virial)"));
+        assert!(bytes.ends_with(": 148 as it moves, 1000 in the pair loop (20.0 an entry), 32 beside it"), "{bytes}");
+    }
 }

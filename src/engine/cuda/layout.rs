@@ -40,7 +40,8 @@ macro_rules! layout {
                 pub fn text() -> String {
                     let mut text = format!("struct {} {{\n", stringify!($name));
                     $(text += &format!("    {};\n", <$kind as Shared>::declare(stringify!($field)));)*
-                    text + "};\n"
+                    let (name, bytes) = (stringify!($name), size_of::<Self>());
+                    text + &format!("}};\nstatic_assert(sizeof({name}) == {bytes}, \"{name} has another size on the host\");\n")
                 }
             }
         )*
@@ -193,7 +194,11 @@ mod tests {
     #[test]
     fn fields_stand_in_the_text_in_order() {
         let text = Limit::text();
-        assert_eq!(text, "struct Limit {\n    float inner;\n    float outer;\n    double squared;\n};\n");
+        assert!(
+            text.starts_with("struct Limit {\n    float inner;\n    float outer;\n    double squared;\n};\n"),
+            "{text}"
+        );
+        assert!(text.contains("static_assert(sizeof(Limit) == 16,"), "{text}");
         assert!(Scene::text().contains("double lo[3];"));
         assert!(numbers_text().contains("#define BEGIN_LIST 4u"));
     }

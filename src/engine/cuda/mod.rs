@@ -15,6 +15,7 @@ mod layout;
 mod memory;
 mod nvrtc;
 mod plan;
+pub mod ptx;
 mod shape;
 mod source;
 mod transfer;

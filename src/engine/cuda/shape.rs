@@ -31,6 +31,7 @@ pub fn is_apart(n: usize) -> bool {
 /// Blocks that are to fit on a multiprocessor, from the same measurements: more of them have fewer registers a thread.
 pub fn blocks_for(n: usize, double_pairs: bool) -> u32 {
     match n {
+        0..60_000 if double_pairs => 2,
         0..130_000 => 3,
         _ if double_pairs => 3,
         _ => 4,

@@ -28,8 +28,8 @@ const CONCLUDE: Stage = ("kernels/conclude.cu", include_str!("../../../kernels/c
 /// Kernels that are compiled together.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Unit {
-    /// That of its first kernel.
-    pub name: &'static str,
+    /// Names of the kernels.
+    pub kernels: &'static [&'static str],
     /// CUDA C.
     pub text: String,
 }
@@ -70,16 +70,16 @@ pub fn pair_numbers(table: &PairTable, cutoff_squared: f64, pair: usize) -> Vec<
 /// The kernels of a scene, in parts that are compiled side by side.
 pub fn units(program: &Program, shape: &Shape) -> Vec<Unit> {
     let common = common(program, shape);
-    let unit = |name: &'static str, stages: &[Stage]| {
-        let texts = [GRID, MOTION].into_iter().chain(stages.iter().copied());
-        let texts: String = texts.map(|(name, stage)| format!("#line 1 \"{name}\"\n{stage}")).collect();
-        Unit { name, text: format!("{common}{texts}") }
+    let unit = |kernels, stages: &[Stage]| {
+        let stages = [GRID, MOTION].into_iter().chain(stages.iter().copied());
+        let stages: String = stages.map(|(name, stage)| format!("#line 1 \"{name}\"\n{stage}")).collect();
+        Unit { kernels, text: format!("{common}{stages}") }
     };
-    let conclude = unit("conclude", &[FORCE, CONCLUDE]);
+    let conclude = unit(&["conclude", "kinetic"], &[FORCE, CONCLUDE]);
     if shape.apart {
-        vec![unit("advance", &[FORCE, ADVANCE]), unit("rebuild", &[SORT, SEARCH, BUILD]), conclude]
+        vec![unit(&["advance"], &[FORCE, ADVANCE]), unit(&["rebuild"], &[SORT, SEARCH, BUILD]), conclude]
     } else {
-        vec![unit("advance", &[SORT, SEARCH, BUILD, FORCE, ADVANCE]), conclude]
+        vec![unit(&["advance"], &[SORT, SEARCH, BUILD, FORCE, ADVANCE]), conclude]
     }
 }
 

@@ -1,0 +1,217 @@
+//! What is in the intermediate code of CUDA kernels and what is not, and how errors in a source are shown; without a GPU.
+#![cfg(feature = "cuda")]
+
+mod common;
+#[path = "common/kernels.rs"]
+mod kernels;
+
+use common::{melt, program, program_of_style};
+use kernels::{gas, is_there};
+
+use octant::engine::cuda::inspect::{arguments_of, inspect, units_of};
+use octant::engine::cuda::ptx::{
+    StepContent, bytes, double_instructions, entries, moves, opcodes, pair_loops, step_content,
+};
+use octant::engine::{Precision, Program};
+use octant::neighbor::Search;
+use octant::system::{Side, SimulationBox, State};
+
+/// Intermediate code alone, for the second oldest architecture that is tested: the same for all of them but for the header.
+const VIRTUAL: &str = "compute_80";
+
+fn ptx_of(program: &Program, (state, space): &(State, SimulationBox), precision: Precision) -> String {
+    let units = units_of(program, state, space, precision);
+    units.iter().map(|unit| inspect(&unit.text, VIRTUAL).unwrap().ptx).collect()
+}
+
+/// Lennard-Jones particles of so many types; with one type coordinates go around with the box.
+fn lennard_jones(types: usize) -> Program {
+    program(&[2.5, 2.0][..types], 0.3, Search::Trimmed)
+}
+
+/// Opcodes of the shortest pair loop, which is that without energy and virial.
+fn force_loop(ptx: &str) -> Vec<String> {
+    let loops = pair_loops(ptx);
+    let shortest = loops.iter().min_by_key(|text| opcodes(text).count()).expect("pair loops are marked");
+    opcodes(shortest).map(String::from).collect()
+}
+
+/// How many lines of a text stand above a line.
+fn lines_before(text: &str, line: &str) -> usize {
+    text.lines().position(|l| l == line).unwrap_or_else(|| panic!("no line {line}"))
+}
+
+#[test]
+fn errors_show_the_line_of_the_source() {
+    if !is_there() {
+        return;
+    }
+    let (state, space) = melt(4);
+    let units = units_of(&lennard_jones(1), &state, &space, Precision::Mixed);
+    let source = &units[0].text;
+    // Broken at the end of a stage, and at the end of what is generated.
+    let (force, advance) = ("#line 1 \"kernels/force.cuh\"", "#line 1 \"kernels/advance.cu\"");
+    let grid = "#line 1 \"kernels/grid.cuh\"";
+    let stage = lines_before(source, advance) - lines_before(source, force);
+    for (before, file, line) in
+        [(advance, "kernels/force.cuh", stage), (grid, "octant.cu", lines_before(source, grid) + 1)]
+    {
+        let broken = source.replace(before, &format!("int broken = nowhere;\n{before}"));
+        let error = inspect(&broken, VIRTUAL).err().expect("the source is broken").to_string();
+        assert!(error.contains(&format!("{file}({line}): error")), "{error}");
+        assert!(error.contains(&format!("\n{line:>6} | int broken = nowhere;\n")), "{error}");
+    }
+}
+
+#[test]
+fn entry_points_take_what_the_host_gives() {
+    if !is_there() {
+        return;
+    }
+    let mut other = lennard_jones(2);
+    other.fixes[0].group = 4;
+    for (program, scene) in [(lennard_jones(1), melt(10)), (other, gas(500, 9.0, Side::Periodic))] {
+        for precision in Precision::ALL {
+            let mut found = entries(&ptx_of(&program, &scene, precision));
+            found.sort();
+            let mut wanted: Vec<(String, Vec<usize>)> = arguments_of(&program, &scene.0, &scene.1, precision);
+            wanted.sort();
+            assert_eq!(found, wanted, "{precision:?}");
+        }
+    }
+}
+
+#[test]
+fn one_type_loads_the_list_and_slots_alone() {
+    if !is_there() {
+        return;
+    }
+    for (precision, slot) in [(Precision::Single, 16), (Precision::Mixed, 16), (Precision::Double, 32)] {
+        // Free sides: no image is looked up either.
+        let scene = gas(500, 20.0, Side::Fixed);
+        let alone = StepContent::ENTRIES * (4 + slot);
+        let one = step_content(&ptx_of(&lennard_jones(1), &scene, precision));
+        assert_eq!((one.force.bytes, one.sums.bytes), (alone, alone), "{precision:?}");
+        // The cutoff and two coefficients of each pair of types.
+        let real = if precision == Precision::Double { 8 } else { 4 };
+        let two = step_content(&ptx_of(&lennard_jones(2), &scene, precision));
+        assert!(two.force.bytes >= alone + StepContent::ENTRIES * 3 * real, "{precision:?}: {two:?}");
+    }
+}
+
+#[test]
+fn atomics_are_on_integers_and_outside_of_loops_over_pairs() {
+    if !is_there() {
+        return;
+    }
+    // Of whole numbers the order does not show in the result. A compiler may say `red` where the old value is not wanted.
+    let expected = ["add.u32", "add.u64", "or.b32", "max.u32"];
+    let is_atomic = |opcode: &&str| opcode.starts_with("atom.") || opcode.starts_with("red.");
+    for precision in Precision::ALL {
+        let ptx = ptx_of(&lennard_jones(2), &melt(10), precision);
+        let atomics: Vec<&str> = opcodes(&ptx).filter(is_atomic).collect();
+        let known = |opcode: &&str| expected.iter().any(|e| opcode.ends_with(&format!(".{e}")));
+        assert!(atomics.iter().all(known), "{precision:?}: {atomics:?}");
+        // Barriers; particles of an octant; entries and tests, the longest row; displacements and three kinds of trouble.
+        let count = |kind: &str| atomics.iter().filter(|opcode| opcode.ends_with(kind)).count();
+        assert_eq!((count("add.u64"), count("max.u32")), (2, 1), "{precision:?}: {atomics:?}");
+        for part in [pair_loops(&ptx), moves(&ptx)].concat() {
+            assert_eq!(opcodes(&part).find(is_atomic), None, "{precision:?}");
+        }
+    }
+}
+
+#[test]
+fn energy_and_virial_are_worked_out_where_they_are_wanted() {
+    if !is_there() {
+        return;
+    }
+    for style in octant::pair::styles() {
+        let program = program_of_style(&style, true, 1.0, 1.0);
+        for precision in Precision::ALL {
+            let step = step_content(&ptx_of(&program, &gas(2000, 30.0, Side::Periodic), precision));
+            // An entry adds to one energy and six terms of the virial.
+            let more = StepContent::ENTRIES * 7;
+            let (force, sums) = (step.force.instructions, step.sums.instructions);
+            assert!(force > 0 && force + more <= sums, "{}, {precision:?}: {force}, {sums}", style.name);
+        }
+    }
+}
+
+#[test]
+fn doubles_are_where_the_precision_has_them() {
+    if !is_there() {
+        return;
+    }
+    for (types, scene) in [(1, melt(10)), (2, melt(10)), (1, melt(2)), (1, gas(500, 20.0, Side::Fixed))] {
+        let of = |precision| {
+            let ptx = ptx_of(&lennard_jones(types), &scene, precision);
+            let divisions = force_loop(&ptx).into_iter().filter(|opcode| is_slow(opcode)).collect::<Vec<_>>();
+            assert!(divisions.is_empty(), "{precision:?}: {divisions:?}");
+            step_content(&ptx)
+        };
+        let (single, mixed, double) = (of(Precision::Single), of(Precision::Mixed), of(Precision::Double));
+        assert_eq!((single.force.doubles, mixed.force.doubles), (0, 0));
+        // Behind the loop with sums a row's are added up: a few conversions and additions may be drawn into it.
+        assert!(single.sums.doubles <= 14 && mixed.sums.doubles <= 14, "{single:?} {mixed:?}");
+        // Three differences and their square, two of force, three sums.
+        assert!(double.force.doubles >= StepContent::ENTRIES * 10, "{double:?}");
+        // Two kicks and a drift an axis, each an addition at least; in single precision coordinates are displacements in f32.
+        assert_eq!(single.moving.doubles, 0, "{single:?}");
+        assert!(mixed.moving.doubles >= 9 && double.moving.doubles >= 9, "{mixed:?} {double:?}");
+    }
+    // x and v read and written, f, the last build's x read, a slot written.
+    let bytes_of = |precision| step_content(&ptx_of(&lennard_jones(1), &melt(10), precision)).moving.bytes;
+    assert_eq!(bytes_of(Precision::Mixed), 12 * 8 + 3 * 4 + 3 * 8 + 16);
+    assert_eq!(bytes_of(Precision::Double), 12 * 8 + 3 * 8 + 3 * 8 + 32);
+    // x and v read and written, f, the last build's slot read, a slot written.
+    assert_eq!(bytes_of(Precision::Single), 12 * 4 + 3 * 4 + 16 + 16);
+}
+
+/// Divisions and square roots in f64 with correct rounding: dozens of instructions each, or a call.
+fn is_slow(opcode: &str) -> bool {
+    opcode.ends_with(".f64") && [".rn", ".rz", ".rm", ".rp"].iter().any(|rounding| opcode.contains(rounding)) && {
+        ["div.", "rcp.", "sqrt."].iter().any(|operation| opcode.starts_with(operation))
+    }
+}
+
+#[test]
+fn displacements_are_compared_where_builds_depend_on_them() {
+    if !is_there() {
+        return;
+    }
+    let mut unchecked = lennard_jones(1);
+    unchecked.policy.check = false;
+    for precision in Precision::ALL {
+        let compares = |program: &Program| {
+            let ptx = ptx_of(program, &melt(10), precision);
+            let of_part = |part: &String| {
+                opcodes(part).filter(|o| o.starts_with("setp.") && (o.ends_with(".f32") || o.ends_with(".f64"))).count()
+            };
+            moves(&ptx).iter().map(of_part).max().expect("the move stage is marked")
+        };
+        // Fixed-point coordinates have a range of their own.
+        let range = usize::from(precision != Precision::Double);
+        assert_eq!((compares(&lennard_jones(1)), compares(&unchecked)), (1 + range, range), "{precision:?}");
+    }
+}
+
+#[test]
+fn a_free_box_has_no_rules_of_periodic_sides() {
+    if !is_there() {
+        return;
+    }
+    let advance = |ptx: &str| ptx.split(".entry advance(").nth(1).unwrap().split(".entry ").next().unwrap().to_string();
+    for precision in Precision::ALL {
+        let periodic = ptx_of(&lennard_jones(1), &melt(10), precision);
+        let free = ptx_of(&lennard_jones(1), &gas(500, 20.0, Side::Fixed), precision);
+        assert!(periodic.contains("tied_squared_distance") && !free.contains("tied_squared_distance"), "{precision:?}");
+        // Wrapping compares each coordinate with both sides and moves it.
+        let [wrapping, plain] = [&periodic, &free].map(|ptx| double_instructions(&advance(ptx)));
+        assert!(plain + 3 * 3 <= wrapping, "{precision:?}: {plain}, {wrapping}");
+        // No image is looked up: a pair reads its entry and a slot.
+        let slot = if precision == Precision::Double { 32 } else { 16 };
+        let of_loop = |ptx: &str| pair_loops(ptx).iter().map(|text| bytes(text)).min().unwrap();
+        assert_eq!(of_loop(&free), StepContent::ENTRIES * (4 + slot), "{precision:?}");
+    }
+}

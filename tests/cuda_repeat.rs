@@ -1,0 +1,53 @@
+//! A run on a GPU can be repeated bit by bit.
+#![cfg(feature = "cuda")]
+
+mod common;
+
+use std::sync::atomic::AtomicBool;
+
+use common::{Engine, Variant, arc, gpu_variants, melt, program};
+use octant::engine::{Needs, Program};
+use octant::neighbor::Search;
+use octant::system::{SimulationBox, State};
+
+/// Bits of positions, velocities, forces, and of energy, virial and kinetic sums, after a run of two parts.
+fn bits(variant: &Variant, program: &Program, (state, space): &(State, SimulationBox)) -> (Vec<u64>, u64) {
+    let all = Needs { energy: true, virial: true, positions: true, forces: true };
+    let mut backend = variant.backend(1);
+    backend.load(arc(program.clone()), state, space, 0).unwrap();
+    backend.set_up(all).unwrap();
+    let stop = AtomicBool::new(false);
+    for steps in [130, 70] {
+        backend.advance(steps, all, &stop).unwrap();
+    }
+    let mut end = state.clone();
+    backend.fetch(&mut end).unwrap();
+    let sums = backend.sums().unwrap();
+    let vectors = [&end.x, &end.v, &end.f].into_iter().flatten().flat_map(|vector| vector.iter().copied());
+    let numbers = vectors.chain([sums.potential]).chain(sums.virial).chain(sums.kinetic);
+    let statistics = backend.statistics();
+    assert!(statistics.builds > 2, "{}: lists were built {} times", variant.name, statistics.builds);
+    (numbers.map(f64::to_bits).collect(), statistics.redone)
+}
+
+#[test]
+fn a_run_repeats_in_every_bit() {
+    for variant in gpu_variants() {
+        let grows = matches!(variant.engine, Engine::Cuda(Some(_)));
+        // A liquid whose list goes around with the box, and a small box that sees images.
+        for (cutoffs, n) in [(&[2.5][..], 8), (&[2.5, 2.0][..], 3)] {
+            let program = program(cutoffs, 0.3, Search::Trimmed);
+            let mut scene = melt(n);
+            for (k, kind) in scene.0.kind.iter_mut().enumerate() {
+                *kind = 1 + (k % cutoffs.len()) as u32;
+            }
+            let (first, redone) = bits(&variant, &program, &scene);
+            assert!(redone > 0 || !grows, "{}: arrays did not grow", variant.name);
+            for _ in 0..3 {
+                let (again, _) = bits(&variant, &program, &scene);
+                let other = first.iter().zip(&again).filter(|(a, b)| a != b).count();
+                assert!(first.len() == again.len() && other == 0, "{}: {other} numbers differ", variant.name);
+            }
+        }
+    }
+}
