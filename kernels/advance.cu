@@ -3,11 +3,7 @@
 extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) advance(const __grid_constant__ Arrays a, const __grid_constant__ Scene s, const __grid_constant__ Order o) {
     Control* c = a.control;
     u32 begin = c->begin, trouble = 0;
-#ifdef APART
     if (c->trouble || begin > BEGIN_PACK) return;
-#else
-    if (c->trouble || begin > BEGIN_LIST) return;
-#endif
     u64 left = c->left;
     Run r = begin_run(a);
     for (;;) {
@@ -45,14 +41,7 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) advance(con
                 break;
             }
         }
-        if (begin == BEGIN_BUILD || begin == BEGIN_LIST) {
-#ifdef APART
-            break;
-#else
-            trouble = build(a, s, r, o, begin);
-            if (trouble) break;
-#endif
-        }
+        if (begin == BEGIN_BUILD) break;
         if (begin == BEGIN_PACK) {
             pack_particles(a, s, r);
             sync_grid(a, r);

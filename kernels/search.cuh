@@ -78,7 +78,7 @@ __device__ __forceinline__ bool test_candidates(const Arrays& a, const Scene& s,
     char* rows = (char*)(a.list + first_i);
     bool doubt = false;
     u32 mine = 0;
-#pragma unroll 4
+#pragma unroll (EXACT ? 1 : 4)
     for (u32 i = 0; i < m; i++) {
         const float4 o = w.own[i];
         const float dx = o.x - c.x, dy = o.y - c.y, dz = o.z - c.z;
@@ -162,12 +162,13 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
         u32 waiting = 0;
         __syncwarp();
         for (u32 base = 0; base < all; base += 32) {
-            const u32 t = base + lane;
+            bool close = base + lane < all;
+            // Beyond the end the last candidate stands in.
+            const u32 t = close ? base + lane : all - 1;
             u32 run = 0;
             for (u32 d = 16; d > 0; d >>= 1)
                 if (__shfl_sync(~0u, upto, run + d - 1) <= t) run += d;
-            bool close = t < all;
-            const u32 j = close ? t + __shfl_sync(~0u, offset, run) : __shfl_sync(~0u, begin, run);
+            const u32 j = t + __shfl_sync(~0u, offset, run);
             int4 q = a.fixed[j];
 #ifdef IMAGES
             const u32 image = __shfl_sync(~0u, code, run);
@@ -179,11 +180,12 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
 #endif
 #ifdef FOLDED
             {
+                const u64 wanted = __shfl_sync(~0u, wanted_cell, run);
                 Point p;
                 for (u32 axis = 0; axis < 3; axis++) p.x[axis] = axis_of(side_of(a.held_x, s, r.parity, 3), s, axis)[j];
                 u32 cell_j[3], octant_j, part_j;
                 key_of(s, p, cell_j, &octant_j, &part_j);
-                close &= cell_number(cell_j) == __shfl_sync(~0u, wanted_cell, run);
+                close &= cell_number(cell_j) == wanted;
             }
 #endif
             const float4 c = relative(s, q, from, (u32)q.w | run << 16);
@@ -256,8 +258,8 @@ __device__ void build_list(const Arrays& a, const Scene& s, const Run& r) {
                 u32 m = group_end - first;
 #ifdef FOLDED
                 // Cells may share a place in the table: those of the first one's cell.
-                const u64 number = cell_number(cell);
-                m = __popc(__ballot_sync(~0u, there && number == __shfl_sync(~0u, number, 0)));
+                const u64 number = cell_number(cell), wanted = __shfl_sync(~0u, number, 0);
+                m = __popc(__ballot_sync(~0u, there && number == wanted));
                 for (u32 axis = 0; axis < 3; axis++) cell[axis] = __shfl_sync(~0u, cell[axis], 0);
 #endif
                 list_group(a, s, r, waiting[threadIdx.x >> 5], cell, octant, lane, first, m, entries, tests, most);

@@ -14,8 +14,7 @@ pub struct Compiled {
     pub shape: Shape,
     _modules: Vec<Module>,
     pub advance: Launch,
-    /// Builds, where they are a kernel of their own.
-    pub rebuild: Option<Launch>,
+    pub rebuild: Launch,
     pub conclude: Launch,
     pub kinetic: Launch,
     /// Intermediate code.
@@ -31,14 +30,14 @@ pub struct Launch {
 impl Compiled {
     /// Blocks of the largest launch.
     pub fn blocks(&self) -> u32 {
-        let all = [Some(&self.advance), self.rebuild.as_ref(), Some(&self.conclude), Some(&self.kinetic)];
-        all.into_iter().flatten().map(|launch| launch.blocks).max().unwrap_or(1)
+        let all = [&self.advance, &self.rebuild, &self.conclude, &self.kinetic];
+        all.map(|launch| launch.blocks).into_iter().max().unwrap_or(1)
     }
 
     /// No launch has more blocks from here on.
     pub fn limit(&mut self, blocks: u32) {
-        let all = [Some(&mut self.advance), self.rebuild.as_mut(), Some(&mut self.conclude), Some(&mut self.kinetic)];
-        all.into_iter().flatten().for_each(|launch| launch.blocks = launch.blocks.min(blocks));
+        let all = [&mut self.advance, &mut self.rebuild, &mut self.conclude, &mut self.kinetic];
+        all.into_iter().for_each(|launch| launch.blocks = launch.blocks.min(blocks));
     }
 }
 
@@ -66,7 +65,7 @@ pub fn compile(compiler: &Compiler, program: &Program, shape: &Shape, n: usize) 
     let lanes = u64::from(shape.lanes);
     Ok(Compiled {
         advance: find("advance", lanes)?,
-        rebuild: if shape.apart { Some(find("rebuild", 32)?) } else { None },
+        rebuild: find("rebuild", 32)?,
         conclude: find("conclude", lanes)?,
         kinetic: find("kinetic", 1)?,
         shape: shape.clone(),

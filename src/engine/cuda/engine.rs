@@ -322,7 +322,7 @@ impl Engine {
         let Compiled { advance, rebuild, conclude, .. } = &self.compiled;
         for _ in 0..self.expected_builds() {
             advance.go(&parameters)?;
-            rebuild.as_ref().map_or(Ok(()), |rebuild| rebuild.go(&parameters))?;
+            rebuild.go(&parameters)?;
         }
         advance.go(&parameters)?;
         if order.sums != 0 || order.finish != 0 {
@@ -342,12 +342,9 @@ impl Engine {
         Ok(())
     }
 
-    /// Builds to be ready for in the steps that are left, where builds are kernels of their own.
+    /// Builds to be ready for in the steps that are left.
     fn expected_builds(&self) -> u64 {
         let Control { begin, left, builds, .. } = self.control;
-        if self.compiled.rebuild.is_none() {
-            return 0;
-        }
         let steps = (self.control.step - self.counting_from).max(1) as f64;
         let each = if builds > 0 { builds as f64 / steps } else { 1.0 };
         let more = (left as f64 * each * 1.1).ceil().min(left as f64).min(MOST_BUILDS) as u64;

@@ -1,7 +1,7 @@
 //! From a program and where its particles are to what kernels are given: shape, constants, tables.
 
 use super::layout::{Limit, Scene};
-use super::shape::{Shape, blocks_for, groups_for, is_apart, lanes_for};
+use super::shape::{Shape, blocks_for, groups_for, lanes_for};
 use super::source::pair_numbers;
 use crate::engine::{Precision, Program, particles};
 use crate::neighbor::axis::{Axis, Reach};
@@ -104,7 +104,6 @@ impl Plan {
         shape.blocks_at_least = blocks_for(n, shape.double_pairs);
         shape.lanes = tuning.lanes.unwrap_or(lanes_for(n));
         (shape.group, shape.slices) = groups_for(n);
-        shape.apart = is_apart(n);
         let cells = table.iter().map(|t| u64::from(*t)).product::<u64>();
         let buckets = cells * crate::neighbor::OCTANTS as u64;
         let storage = storage_bins(given, radius);

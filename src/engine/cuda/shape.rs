@@ -23,11 +23,6 @@ pub fn groups_for(n: usize) -> (u32, u32) {
     }
 }
 
-/// Whether builds are a kernel of their own: that costs two launches a build, and lets each kernel have the registers it needs.
-pub fn is_apart(n: usize) -> bool {
-    n >= 60_000
-}
-
 /// Blocks that are to fit on a multiprocessor, from the same measurements: more of them have fewer registers a thread.
 pub fn blocks_for(n: usize, double_pairs: bool) -> u32 {
     match n {
@@ -73,8 +68,6 @@ pub struct Shape {
     pub slices: u32,
     /// Blocks that fit on a multiprocessor at least: bounds the registers of a thread.
     pub blocks_at_least: u32,
-    /// Builds are a kernel of their own.
-    pub apart: bool,
 }
 
 impl Shape {
@@ -105,7 +98,6 @@ impl Shape {
             group: 32,
             slices: 1,
             blocks_at_least: 1,
-            apart: false,
         }
     }
 

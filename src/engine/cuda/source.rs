@@ -20,8 +20,8 @@ const GRID: Stage = ("kernels/grid.cuh", include_str!("../../../kernels/grid.cuh
 const MOTION: Stage = ("kernels/motion.cuh", include_str!("../../../kernels/motion.cuh"));
 const SORT: Stage = ("kernels/sort.cuh", include_str!("../../../kernels/sort.cuh"));
 const SEARCH: Stage = ("kernels/search.cuh", include_str!("../../../kernels/search.cuh"));
-const BUILD: Stage = ("kernels/build.cuh", include_str!("../../../kernels/build.cuh"));
 const FORCE: Stage = ("kernels/force.cuh", include_str!("../../../kernels/force.cuh"));
+const REBUILD: Stage = ("kernels/rebuild.cu", include_str!("../../../kernels/rebuild.cu"));
 const ADVANCE: Stage = ("kernels/advance.cu", include_str!("../../../kernels/advance.cu"));
 const CONCLUDE: Stage = ("kernels/conclude.cu", include_str!("../../../kernels/conclude.cu"));
 
@@ -75,12 +75,11 @@ pub fn units(program: &Program, shape: &Shape) -> Vec<Unit> {
         let stages: String = stages.map(|(name, stage)| format!("#line 1 \"{name}\"\n{stage}")).collect();
         Unit { kernels, text: format!("{common}{stages}") }
     };
-    let conclude = unit(&["conclude", "kinetic"], &[FORCE, CONCLUDE]);
-    if shape.apart {
-        vec![unit(&["advance"], &[FORCE, ADVANCE]), unit(&["rebuild"], &[SORT, SEARCH, BUILD]), conclude]
-    } else {
-        vec![unit(&["advance"], &[SORT, SEARCH, BUILD, FORCE, ADVANCE]), conclude]
-    }
+    vec![
+        unit(&["rebuild"], &[SORT, SEARCH, REBUILD]),
+        unit(&["conclude", "kinetic"], &[FORCE, CONCLUDE]),
+        unit(&["advance"], &[FORCE, ADVANCE]),
+    ]
 }
 
 /// What all units begin with.
@@ -129,7 +128,6 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("SHRINKS", shape.shrinks),
         ("MASSES", shape.masses),
         ("GROUPS", shape.groups),
-        ("APART", shape.apart),
     ];
     let mut text: String = values.iter().map(|(name, value)| format!("#define {name} {value}\n")).collect();
     text += &switches.iter().filter(|s| s.1).map(|(name, _)| format!("#define {name}\n")).collect::<String>();
