@@ -89,7 +89,10 @@ def _arguments() -> argparse.Namespace:
     )
     file = parser.add_mutually_exclusive_group()
     file.add_argument(
-        "--save-reference", metavar="FILE", type=Path, help="run LAMMPS alone and keep its side in a file (.json, .json.gz)"
+        "--save-reference",
+        metavar="FILE",
+        type=Path,
+        help="run LAMMPS alone and keep its side in a file (.json, .json.gz)",
     )
     file.add_argument(
         "--reference", metavar="FILE", type=Path, help="compare with LAMMPS's side from such a file, sizes and all"

@@ -158,7 +158,7 @@ def atoms_by_lammps(case: Case, scratch: Path) -> Frame:
 
 
 def compare_case(case: Case, theirs: Frame, scratch: Path, *, backend: str = "cpu") -> Check:
-    """Ids, types, positions and velocities of octant beside LAMMPS's; ``value`` is the number of numbers that differ."""
+    """Ids, types, positions and velocities of octant beside LAMMPS's; ``value``: how many numbers differ."""
     script, dump = _dumped(case, scratch, "octant")
     run_octant(script, backend=backend)
     ours = read_dump(dump)[0]

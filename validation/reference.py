@@ -121,9 +121,7 @@ def run_scene(scene: Scene, variables: Mapping[str, str | int], scratch: Path) -
     exact = plain.before_runs("thermo_modify format float %.17g").then(f"write_data {melted} nocoeff")
     whole = run_lammps(exact.write(scratch / "scene.in"), shared)
     printed = run_lammps(plain.write(scratch / "plain.in"), shared)
-    counts = [
-        run_lammps(path, shared, neighbors=True).neighbors for path in neighbor_scripts(script, melted, scratch)
-    ]
+    counts = [run_lammps(path, shared, neighbors=True).neighbors for path in neighbor_scripts(script, melted, scratch)]
     dump = scratch / "full.dump"
     run_lammps(short_run(script, melted, dump, tolerances.SHORT_RUN).write(scratch / "short.in"), shared)
     first, *_, last = read_dump(dump)

