@@ -35,15 +35,21 @@ def about(*, lammps: str, backend: str, quick: bool) -> dict[str, Any]:
 def write(folder: Path, scenes: Sequence[SceneResult], cases: Sequence[Check], about: dict[str, Any]) -> None:
     """Writes ``validation.md`` and ``.json`` into a folder, and where matplotlib is installed ``.png`` and ``.svg``."""
     folder.mkdir(parents=True, exist_ok=True)
+    plotted = _plot(folder, scenes)
+    data = {**about, "scenes": [scene.as_json() for scene in scenes], "cases": [case.as_json() for case in cases]}
+    (folder / "validation.json").write_text(json.dumps(_finite(data), indent=1) + "\n", encoding="utf-8")
+    (folder / "validation.md").write_text(_markdown(about, scenes, cases, plotted=plotted), encoding="utf-8")
+
+
+def _plot(folder: Path, scenes: Sequence[SceneResult]) -> bool:
+    """Draws the plot; false where matplotlib is not installed, which is said."""
     try:
         from validation import plot
     except ModuleNotFoundError as missing:
         print(f"no plot: {missing}")
-    else:
-        plot.write(folder, scenes)
-    data = {**about, "scenes": [scene.as_json() for scene in scenes], "cases": [case.as_json() for case in cases]}
-    (folder / "validation.json").write_text(json.dumps(_finite(data), indent=1) + "\n", encoding="utf-8")
-    (folder / "validation.md").write_text(_markdown(about, scenes, cases), encoding="utf-8")
+        return False
+    plot.write(folder, scenes)
+    return True
 
 
 def machine() -> str:
@@ -161,7 +167,9 @@ def _precision_table(scenes: Sequence[SceneResult]) -> list[str]:
     ]
 
 
-def _markdown(about: dict[str, Any], scenes: Sequence[SceneResult], cases: Sequence[Check]) -> str:
+def _markdown(
+    about: dict[str, Any], scenes: Sequence[SceneResult], cases: Sequence[Check], *, plotted: bool
+) -> str:
     """The report as one page."""
     failed = [item.name for item in [*scenes, *cases] if not item.passed]
     heads = ["scene", "atoms", "steps", *(heading for heading, _ in _COLUMNS)]
@@ -205,5 +213,5 @@ def _markdown(about: dict[str, Any], scenes: Sequence[SceneResult], cases: Seque
             *(f"| {case.name} | {case.detail} | {case.value:g} |" for case in cases),
             "",
         ]
-    lines += ["![Differences between octant and LAMMPS](validation.png)", ""]
+    lines += ["![Differences between octant and LAMMPS](validation.png)", ""] if plotted else []
     return "\n".join(lines)

@@ -14,8 +14,7 @@ import pytest
 
 from validation.bundle import comparison, device, make, sanitizer, suites, summary
 from validation.bundle.outcome import FAILED, PASSED, SKIPPED, Done, Outcome, call
-from validation.octant_runner import ROOT
-from validation.scripts import Script
+from validation.octant_runner import ROOT, find_binary
 
 GPU = device.read(
     "octant 0.1.0\nbackends      cpu (2 cores; avx2)\n"
@@ -119,12 +118,33 @@ def test_the_sanitizer_is_judged(status: int | None, output: str, verdict: str) 
     assert sanitizer.judge("memcheck", Done(status, output, 1.0), "log").verdict == verdict
 
 
-def test_sanitizer_scenes_are_there() -> None:
-    for scene in sanitizer.SCENES:
-        text = str(Script.read(ROOT / scene.script))
-        assert all(re.search(rf"^variable\s+{name}\s+index", text, re.MULTILINE) for name in scene.variables), (
-            scene.name
-        )
+#: In place of compute-sanitizer: runs the scene on the CPU and finds nothing.
+NO_SANITIZER = """#!/bin/sh
+shift 4
+"$1" $(shift; echo "$*" | sed 's/--backend cuda/--backend cpu/') || exit
+echo "========= ERROR SUMMARY: 0 errors"
+"""
+
+
+def test_sanitizer_scenes_are_small_and_build_lists(tmp_path: Path) -> None:
+    for folder in ("inputs", "validation"):
+        (tmp_path / folder).symlink_to(ROOT / folder)
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin" / "octant").symlink_to(find_binary())
+    tool = tmp_path / "bin" / "compute-sanitizer"
+    tool.write_text(NO_SANITIZER, encoding="utf-8")
+    tool.chmod(0o755)
+    environment = {**os.environ, "PATH": f"{tool.parent}:{os.environ['PATH']}"}
+    outcomes = list(sanitizer.run(tmp_path, tmp_path, tmp_path, environment, GPU, "cuda"))
+    runs = sum(len(scene.precisions) for scene in sanitizer.SCENES)
+    assert len({outcome.log for outcome in outcomes}) == runs * len(sanitizer.TOOLS) == len(outcomes)
+    assert {outcome.verdict for outcome in outcomes} == {PASSED}
+    for outcome in outcomes:
+        text = (tmp_path / outcome.log).read_text(encoding="utf-8")
+        atoms, builds = re.search(r"steps with (\d+) atoms", text), re.search(r"list builds = (\d+)", text)
+        assert atoms and builds and int(atoms[1]) < 600 and int(builds[1]) >= 3, outcome.name
+    (skipped,) = sanitizer.run(tmp_path, tmp_path, tmp_path, environment, NO_GPU, "cuda")
+    assert (skipped.verdict, skipped.detail) == (SKIPPED, NO_GPU.missing)
 
 
 def test_the_comparison_becomes_a_table() -> None:
@@ -189,5 +209,5 @@ def test_what_is_gathered() -> None:
     sources = [str(path) for path in (ROOT / "validation").glob("*.py") if not make.LEFT_OUT.search(str(path))]
     names = {Path(source).name for source in sources}
     assert {"__main__.py", "compare.py", "reference.py", "lammps_runner.py"} <= names
-    assert not names & {"test_bundle.py", "conftest.py", "plot.py"}
+    assert not names & {"test_bundle.py", "conftest.py", "trajectories.py"}
     assert make.LEFT_OUT.search(str(ROOT / "validation" / "bundle" / "make.py"))

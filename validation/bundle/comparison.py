@@ -103,9 +103,10 @@ def run(
     done = call(words, results / log, environment, LIMIT, scratch)
     try:
         data = json.loads((output / "validation.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError):
         ending = "did not end in time" if done.status is None else f"exit status {done.status}"
-        yield Outcome("validation", "all scenes", FAILED, f"{ending}: {error}", seconds=done.seconds, log=str(log))
+        said = "".join(done.output.splitlines()[-1:])
+        yield Outcome("validation", "all scenes", FAILED, f"{ending}: {said}", seconds=done.seconds, log=str(log))
         return
     table += rows(data)
     for kind in ("scenes", "cases"):

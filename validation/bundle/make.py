@@ -27,7 +27,7 @@ LARGEST = 60 * 2**20
 
 #: What goes in as it is. Python's tests and the benchmark stay behind: they need LAMMPS and other packages.
 FILES = ("inputs/*", "tests/bad/*", "validation/*.py", "validation/scenes/*", "validation/bundle/*", "LICENSE-*")
-LEFT_OUT = re.compile(r"/(test_\w+|conftest|plot|trajectories)\.py$|/make\.py$|/run\.sh$")
+LEFT_OUT = re.compile(r"/(test_\w+|conftest|trajectories)\.py$|/make\.py$|/run\.sh$")
 
 #: A test source that asks for the backends that OCTANT_TEST_BACKEND leaves.
 _ENGINES = re.compile(r"(?<!\w)variants\(\)")

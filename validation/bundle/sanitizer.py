@@ -16,7 +16,7 @@ from validation.bundle.outcome import FAILED, PASSED, SKIPPED, Done, Outcome, ca
 TOOLS = ("memcheck", "racecheck", "initcheck")
 
 #: Seconds that one scene may take under one tool.
-LIMIT = 300.0
+LIMIT = 120.0
 
 #: What the sanitizer returns where it found something; octant has no such exit code.
 _FOUND = 86

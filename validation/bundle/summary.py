@@ -39,7 +39,7 @@ def page(about: Mapping[str, Any], outcomes: Sequence[Outcome], table: Sequence[
     wrong = [f"{outcome.part}, {outcome.name}" for outcome in outcomes if outcome.verdict == FAILED]
     counts = {verdict: sum(outcome.verdict == verdict for outcome in outcomes) for verdict in (PASSED, FAILED, SKIPPED)}
     lines = [
-        "# octant on a GPU",
+        "# Tests of octant",
         "",
         *(f"- {name}: {value}" for name, value in about.items()),
         f"- verdict: **{overall(outcomes)}** ({', '.join(f'{count} {verdict}' for verdict, count in counts.items())})",
