@@ -211,3 +211,12 @@ def test_what_is_gathered() -> None:
     assert {"__main__.py", "compare.py", "reference.py", "lammps_runner.py"} <= names
     assert not names & {"test_bundle.py", "conftest.py", "trajectories.py"}
     assert make.LEFT_OUT.search(str(ROOT / "validation" / "bundle" / "make.py"))
+
+
+def test_a_bundle_that_is_too_large_names_its_largest_files(tmp_path: Path) -> None:
+    (tmp_path / "suites").mkdir()
+    (tmp_path / "suites" / "physics").write_bytes(bytes(3 * 2**20))
+    (tmp_path / "run.sh").write_bytes(bytes(10))
+    assert make.size(tmp_path, 4 * 2**20)[1]
+    words, fits = make.size(tmp_path, 2 * 2**20)
+    assert not fits and "3.0 MiB, allowed are 2.0" in words and "suites/physics 3.0" in words
