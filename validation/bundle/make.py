@@ -64,7 +64,7 @@ def main() -> int:
 
 
 def size(folder: Path, largest: int) -> tuple[str, bool]:
-    """A folder's size in words, and whether it is at most ``largest`` bytes; if it is not, the words say what is large."""
+    """A folder's size in words, and whether it is at most ``largest`` bytes; if not, the words name what is large."""
     sizes = {path.relative_to(folder): path.stat().st_size for path in folder.rglob("*") if path.is_file()}
     total = sum(sizes.values())
     words = f"{folder.name}: {total / _MEBI:.1f} MiB, allowed are {largest / _MEBI:.1f}"
