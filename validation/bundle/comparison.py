@@ -109,12 +109,12 @@ def run(
         yield Outcome("validation", "all scenes", FAILED, f"{ending}: {said}", seconds=done.seconds, log=str(log))
         return
     table += rows(data)
-    for kind in ("scenes", "cases"):
-        outside = [item["name"] for item in data[kind] if not item["passed"]]
-        passed, status_agrees = len(data[kind]) - len(outside), done.status == 0 or kind == "cases"
-        good = not outside and bool(data[kind]) and (status_agrees or any(not c["passed"] for c in data["cases"]))
-        detail = ", ".join(outside) or ("" if good else f"exit status {done.status}")
+    outside = {kind: [item["name"] for item in data[kind] if not item["passed"]] for kind in ("scenes", "cases")}
+    # An exit status that no scene and no case explains.
+    unexplained = "" if done.status == 0 or any(outside.values()) else f"exit status {done.status}"
+    for kind, wrong in outside.items():
+        detail = ", ".join(wrong) or unexplained or ("" if data[kind] else "nothing was compared")
+        verdict = FAILED if detail else PASSED
         seconds = done.seconds if kind == "scenes" else 0.0
-        yield Outcome(
-            "validation", kind, PASSED if good else FAILED, detail, passed, len(outside), 0, seconds, str(log)
-        )
+        passed = len(data[kind]) - len(wrong)
+        yield Outcome("validation", kind, verdict, detail, passed, len(wrong), 0, seconds, str(log))
