@@ -19,7 +19,7 @@ export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 FLAGS := --release
 
 .DEFAULT_GOAL := help
-.PHONY: help run build test test-rust test-minimal test-python lint validate bench bench-quick fuzz clean check-tools
+.PHONY: help run build test test-rust test-minimal test-python lint validate bench bench-quick gpu-bundle fuzz clean check-tools
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1|\2/' | column -t -s '|' 2>/dev/null \
@@ -58,6 +58,10 @@ bench: build $(VENV)/.bench ## benchmarks: parts, then whole runs beside LAMMPS 
 bench-quick: build $(VENV)/.bench ## a minute of whole runs, results in output/bench/; shows that the benchmark works
 	$(VENV)/bin/python -m validation.bench --quick --output output/bench
 
+gpu-bundle: $(VENV)/.ready ## tests and comparison for a machine with a GPU but no toolchain: bundle/octant-gpu.tar.gz, run.sh in it
+	@command -v strip >/dev/null || { echo "make gpu-bundle needs strip (binutils)" >&2; exit 1; }
+	$(VENV)/bin/python -m validation.bundle.make $(FLAGS)
+
 fuzz: check-tools ## throw random bytes at the script reader for a minute (FUZZ_SECONDS=60)
 	@command -v cargo-fuzz >/dev/null || { \
 	  echo "make fuzz needs cargo-fuzz and a nightly toolchain: cargo install cargo-fuzz && rustup toolchain install nightly" >&2; exit 1; }
@@ -66,7 +70,7 @@ fuzz: check-tools ## throw random bytes at the script reader for a minute (FUZZ_
 	done
 
 clean: ## remove everything that was built, installed or written
-	rm -rf $(TARGET) $(VENV) output log.octant
+	rm -rf $(TARGET) $(VENV) output bundle log.octant
 
 check-tools:
 	@command -v cargo >/dev/null || { \

@@ -69,12 +69,7 @@ template <bool SUMS> __device__ void pair_forces(const Arrays& a, const Scene& s
     const u32 lane = threadIdx.x % LANES;
     real one[NUMBERS];
     for (u32 k = 0; k < NUMBERS; k++) one[k] = TYPES > 1 ? (real)0 : a.coefficients[k];
-    const real force_unit = (real)s.force_unit;
-    real unit_squared = (real)s.unit_squared;
-#ifdef FIXED
-    // Converted here: the compiler would rather do it again for every row.
-    asm volatile("" : "+f"(unit_squared));
-#endif
+    const real unit_squared = pinned((real)s.unit_squared), force_unit = pinned((real)s.force_unit);
     double totals[7] = {0, 0, 0, 0, 0, 0, 0};
     bool broken = false;
     for (u32 i = THREAD / LANES; i < r.n; i += THREADS / LANES) {

@@ -23,6 +23,13 @@ __device__ __forceinline__ u32 place_of(Entry entry) {
 #endif
 }
 
+// A number converted here, and not again wherever it is used.
+__device__ __forceinline__ float pinned(float x) {
+    asm volatile("" : "+f"(x));
+    return x;
+}
+__device__ __forceinline__ double pinned(double x) { return x; }
+
 // Uniform over all threads of the grid; kept in registers while a kernel runs.
 struct Run {
     u32 n;

@@ -32,13 +32,24 @@ __device__ __forceinline__ int4 fixed_of(const Scene& s, const Point& p, u32 kin
     return make_int4(q[0], q[1], q[2], (int)kind);
 }
 
+// Fixed-point units of displacements.
+struct Quanta {
+    float of[3];
+};
+
+__device__ __forceinline__ Quanta quanta_of(const Scene& s) {
+    Quanta q;
+    for (u32 axis = 0; axis < 3; axis++) q.of[axis] = pinned((float)s.quanta[axis]);
+    return q;
+}
+
 // What pair arithmetic reads.
-__device__ __forceinline__ void pack(const Arrays& a, const Scene& s, const Run& r, u32 k, const store x[3], u32 kind) {
+__device__ __forceinline__ void pack(const Arrays& a, const Scene& s, const Run& r, const Quanta& quanta, u32 k, const store x[3], u32 kind) {
 #ifdef FIXED
 #ifdef DISPLACEMENTS
     const int4 then = a.fixed[k];
-    a.slots[k] = make_int4(then.x + __float2int_rn(x[0] * (float)s.quanta[0]), then.y + __float2int_rn(x[1] * (float)s.quanta[1]),
-                           then.z + __float2int_rn(x[2] * (float)s.quanta[2]), then.w);
+    a.slots[k] = make_int4(then.x + __float2int_rn(x[0] * quanta.of[0]), then.y + __float2int_rn(x[1] * quanta.of[1]),
+                           then.z + __float2int_rn(x[2] * quanta.of[2]), then.w);
 #else
     const Point p = {{x[0], x[1], x[2]}};
     a.slots[k] = fixed_of(s, p, kind);
@@ -58,10 +69,11 @@ __device__ __forceinline__ void pack(const Arrays& a, const Scene& s, const Run&
 }
 
 __device__ __forceinline__ void pack_particles(const Arrays& a, const Scene& s, const Run& r) {
+    const Quanta quanta = quanta_of(s);
     for (u32 k = THREAD; k < r.n; k += THREADS) {
         store x[3];
         for (u32 axis = 0; axis < 3; axis++) x[axis] = axis_of(a.x, s, axis)[k];
-        pack(a, s, r, k, x, kind_of(a, s, r, k));
+        pack(a, s, r, quanta, k, x, kind_of(a, s, r, k));
     }
 }
 
@@ -70,7 +82,11 @@ __device__ __forceinline__ void pack_particles(const Arrays& a, const Scene& s, 
 template <bool INITIAL> __device__ __forceinline__ void move_particles(const Arrays& a, const Scene& s, const Run& r) {
     const bool last = r.half_done;
     if (!last && !INITIAL) return;
-    const store dt = (store)s.dt;
+    const store dt = pinned((store)s.dt), trigger = pinned((store)s.trigger), range = pinned((store)s.range);
+    const Quanta quanta = quanta_of(s);
+#ifndef MASSES
+    const store half_kick = pinned((store)s.half_kick);
+#endif
     u32 far = 0;
     for (u32 k = THREAD; k < r.n; k += THREADS) {
         asm volatile("// move");
@@ -83,8 +99,6 @@ template <bool INITIAL> __device__ __forceinline__ void move_particles(const Arr
         const u32 kind = kind_of(a, s, r, k);
 #ifdef MASSES
         const store half_kick = a.half_kicks[kind];
-#else
-        const store half_kick = (store)s.half_kick;
 #endif
 #ifdef GROUPS
         const u32 mask = side_of(a.held_mask, s, r.parity, 1)[k];
@@ -106,14 +120,14 @@ template <bool INITIAL> __device__ __forceinline__ void move_particles(const Arr
             const store moved = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
             // What is no number is too far as well: the build that follows finds it.
 #ifdef CHECK
-            far |= !(moved <= (store)s.trigger);
+            far |= !(moved <= trigger);
 #endif
 #ifdef FIXED
-            far |= !(moved <= (store)s.range) ? 2u : 0u;
+            far |= !(moved <= range) ? 2u : 0u;
 #endif
 #endif
             for (u32 axis = 0; axis < 3; axis++) axis_of(a.x, s, axis)[k] = x[axis];
-            pack(a, s, r, k, x, kind);
+            pack(a, s, r, quanta, k, x, kind);
         }
         for (u32 axis = 0; axis < 3; axis++) axis_of(a.v, s, axis)[k] = v[axis];
         asm volatile("// end of move");

@@ -223,6 +223,7 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
 
 __device__ void build_list(const Arrays& a, const Scene& s, const Run& r) {
     __shared__ Waiting waiting[BLOCK / 32];
+    const Quanta quanta = quanta_of(s);
     for (u32 k = THREAD; k < r.n; k += THREADS) {
         store x[3];
         for (u32 axis = 0; axis < 3; axis++) {
@@ -234,7 +235,7 @@ __device__ void build_list(const Arrays& a, const Scene& s, const Run& r) {
             axis_of(a.x, s, axis)[k] = x[axis];
             axis_of(a.v, s, axis)[k] = axis_of(side_of(a.held_v, s, r.parity, 3), s, axis)[k];
         }
-        pack(a, s, r, k, x, kind_of(a, s, r, k));
+        pack(a, s, r, quanta, k, x, kind_of(a, s, r, k));
     }
     u32 lane;
     // Once: the compiler would ask for it over and over to save a register.

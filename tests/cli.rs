@@ -249,6 +249,8 @@ fn neighbors_are_counted_atom_by_atom() {
     // Without --cutoff: cutoff and skin, the list that LAMMPS reports as 39 neighbors an atom (half of them).
     let said = folder.says("neighbors a.in");
     assert!(said.contains("cutoff        2.8\n") && said.contains("mean 78.000000"), "{said}");
+    // The engine that builds the list is of no account: a GPU's where there is one.
+    assert_eq!(folder.says("neighbors a.in --backend auto"), said);
     assert!(!folder.has("log.octant"));
     assert!(folder.fails(1, "neighbors a.in --counts no/x").starts_with("ERROR: no/x: cannot write"));
     assert!(folder.fails(1, "neighbors a.in --cutoff 1e300").contains("does not fit in memory"));

@@ -8,10 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from validation.check import Check
-from validation.dumps import full_precision, read_dump
+from validation.dumps import Frame, full_precision, read_dump
 from validation.lammps_runner import run_lammps
 from validation.octant_runner import run_octant
 from validation.scripts import Script
+
+#: What a case's dump holds.
+_COLUMNS = "id type x y z vx vy vz"
 
 _BOX = """
 units lj
@@ -147,23 +150,28 @@ def all_cases() -> list[Case]:
     return cases
 
 
-def compare_case(case: Case, scratch: Path) -> Check:
-    """Ids, types, positions and velocities of both programs; ``value`` is the number of numbers that differ."""
-    frames = {}
-    for program, run in (("lammps", run_lammps), ("octant", run_octant)):
-        dump = scratch / f"{program}.dump"
-        # Forces play no part: the shortest cutoff that keeps both programs content.
-        end = (
-            "pair_style lj/cut 1.0",
-            "pair_coeff * * 1.0 0.5",
-            *full_precision(1, dump, "id type x y z vx vy vz"),
-            "run 0",
-        )
-        run(Script.of(case.text).then(*end).write(scratch / f"{program}.in"))
-        frames[program] = read_dump(dump)[0]
-    ours, theirs = frames["octant"], frames["lammps"]
+def atoms_by_lammps(case: Case, scratch: Path) -> Frame:
+    """Ids, types, positions and velocities as LAMMPS creates them. Raises LammpsError."""
+    script, dump = _dumped(case, scratch, "lammps")
+    run_lammps(script)
+    return read_dump(dump)[0]
+
+
+def compare_case(case: Case, theirs: Frame, scratch: Path, *, backend: str = "cpu") -> Check:
+    """Ids, types, positions and velocities of octant beside LAMMPS's; ``value``: how many numbers differ."""
+    script, dump = _dumped(case, scratch, "octant")
+    run_octant(script, backend=backend)
+    ours = read_dump(dump)[0]
     if ours.values.shape != theirs.values.shape:
         return Check(case.name, float("inf"), 0.0, f"{len(ours.values)} atoms, LAMMPS has {len(theirs.values)}")
     different = int((ours.values != theirs.values).sum()) + int((ours.bounds != theirs.bounds).sum())
     largest = np.abs(ours.values - theirs.values).max()
     return Check(case.name, different, 0.0, f"{len(theirs.values)} atoms, largest difference {largest:.1e}")
+
+
+def _dumped(case: Case, scratch: Path, program: str) -> tuple[Path, Path]:
+    """The case as a script for one program, and the dump that it writes."""
+    dump = scratch / f"{program}.dump"
+    # Forces play no part: the shortest cutoff that keeps both programs content.
+    end = ("pair_style lj/cut 1.0", "pair_coeff * * 1.0 0.5", *full_precision(1, dump, _COLUMNS), "run 0")
+    return Script.of(case.text).then(*end).write(scratch / f"{program}.in"), dump

@@ -1,9 +1,9 @@
-"""One scene through both programs, and how far apart they are."""
+"""One scene through octant, and how far it is from what LAMMPS made of it."""
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from validation import precisions, tolerances
 from validation.check import Check
-from validation.dumps import full_precision, read_dump
-from validation.lammps_runner import LammpsResult, run_lammps
+from validation.dumps import read_dump
+from validation.logs import Run
 from validation.octant_runner import OctantResult, count_neighbors, run_octant
+from validation.reference import SceneReference, StaleReference, digest, neighbor_scripts, short_run
 from validation.scene import Scene
 from validation.scripts import Script
 
@@ -47,56 +48,53 @@ class SceneResult:
         return {**fields, "passed": self.passed, "checks": [check.as_json() for check in self.checks]}
 
 
-def compare_scene(scene: Scene, variables: Mapping[str, str | int], scratch: Path) -> SceneResult:
-    """Runs one scene through both programs, with ``variables`` set; ``scratch`` is a folder to make and remove."""
-    result = SceneResult(scene.name)
-    script = Script.read(scene.path)
-    shared = {**scene.variables, **variables}
-    folders = {"lammps": scratch / "lammps", "octant": scratch / "octant"}
-    for folder in folders.values():
-        folder.mkdir(parents=True)
+def compare_scene(
+    scene: Scene,
+    reference: SceneReference,
+    scratch: Path,
+    *,
+    backend: str = "cpu",
+    among: Sequence[str] = precisions.ALL,
+) -> SceneResult:
+    """Runs one scene through octant, on ``backend`` in the precisions of ``among``, and compares with LAMMPS's side.
 
-    # The scene as it stands.
+    ``scratch`` is a folder to make and remove. Raises StaleReference where LAMMPS ran another script, and OctantError.
+    """
+    if reference.digest != digest(scene):
+        raise StaleReference(f"{scene.path.name} is not the script that LAMMPS ran: save the reference anew")
+    result = SceneResult(scene.name, atoms=len(reference.frames[0].values), lammps_loop_seconds=reference.loop_seconds)
+    steps = reference.run.column("Step")
+    result.steps, result.pairs = int(steps[-1] - steps[0]), int(reference.run.statistics["pairs"])
+    script = Script.read(scene.path)
+    scratch.mkdir(parents=True)
     melted = scratch / "melted.data"
-    for_lammps = (
-        script.for_lammps().before_runs("thermo_modify format float %.17g").then(f"write_data {melted} nocoeff")
-    )
-    lammps = run_lammps(for_lammps.write(scratch / "scene.in"), {**shared, "out": str(folders["lammps"])})
-    octant = run_octant(scene.path, {**shared, "out": str(folders["octant"])})
-    result.atoms = octant.summary["atoms"]
-    result.lammps_loop_seconds = lammps.loop_seconds
-    result.octant_loop_seconds = octant.summary["timing"]["loop_s"]
-    _compare_thermo(result, lammps, octant, _timestep(script) / scene.lj_time)
-    plain = script.for_lammps().write(scratch / "plain.in")
-    as_printed = run_lammps(plain, {**shared, "out": str(folders["lammps"])})
-    _compare_print(result, as_printed, octant, 0.0 if scene.every_digit else float("inf"))
-    _compare_lists(result, lammps, octant)
+    melted.write_text(reference.melted, encoding="utf-8")
+    shared = {**scene.variables, **reference.variables, "out": str(scratch)}
+    forces = reference.frames[0]["fx fy fz"]
 
     # Neighbors of every atom at the start, and on the melted configuration that LAMMPS ended with.
-    start = script.silent().until_run().write(scratch / "start.in")
-    liquid = script.silent().from_data(melted).until_run()
-    at_melted = liquid.write(scratch / "melted.in")
-    for name, path in (("neighbors at the start", start), ("neighbors when melted", at_melted)):
-        with_run = Script.read(path).then("run 0").write(path.with_suffix(".run.in"))
-        ours = count_neighbors(with_run, shared)
-        theirs = run_lammps(with_run, shared, neighbors=True).neighbors
-        result.checks.append(compare_counts(name, ours, theirs))
+    paths = neighbor_scripts(script, melted, scratch)
+    theirs = (reference.start_neighbors, reference.melted_neighbors)
+    for name, path, counts in zip(("at the start", "when melted"), paths, theirs, strict=True):
+        ours = count_neighbors(path, shared, backend=backend)
+        result.checks.append(compare_counts(f"neighbors {name}", ours, counts))
 
-    # Forces there and positions a few steps later, every digit.
-    frames = {}
-    for program, run in (("lammps", run_lammps), ("octant", run_octant)):
-        dump = folders[program] / "full.dump"
-        short = liquid.then(*full_precision(tolerances.SHORT_RUN, dump), f"run {tolerances.SHORT_RUN}")
-        run(short.write(scratch / f"short.{program}.in"), shared)
-        frames[program] = read_dump(dump)
-    _compare_frames(result, frames["lammps"], frames["octant"])
-    short = liquid.then(*full_precision(1, folders["octant"] / "fast.dump"), "run 0").write(scratch / "short.fast.in")
-    for precision in ("mixed", "single"):
-        at_once = run_octant(short, shared, precision=precision)
-        forces = read_dump(folders["octant"] / "fast.dump")[0]["fx fy fz"]
-        whole = run_octant(scene.path, {**shared, "out": str(folders["octant"])}, precision=precision)
-        result.checks += precisions.compare(precision, forces, frames["lammps"][0]["fx fy fz"], whole, lammps)
-        result.checks.append(precisions.compare_lists(precision, at_once, run_octant(short, shared)))
+    for precision in among:
+        # The scene as it stands; then forces on the melted atoms and, a few steps later, positions, every digit.
+        whole = run_octant(scene.path, shared, precision=precision, backend=backend)
+        dump = scratch / "full.dump"
+        short = short_run(script, melted, dump, tolerances.SHORT_RUN if precision == "double" else 0)
+        melt = run_octant(short.write(scratch / "short.in"), shared, precision=precision, backend=backend)
+        frames = read_dump(dump)
+        if precision == "double":
+            result.octant_loop_seconds = whole.summary["timing"]["loop_s"]
+            _compare_thermo(result, reference.run, whole, _timestep(script) / scene.lj_time)
+            _compare_print(result, reference.printed, whole, 0.0 if scene.every_digit else float("inf"))
+            _compare_lists(result, reference.run.statistics, whole)
+            _compare_frames(result, reference.frames, frames)
+        else:
+            result.checks += precisions.compare(precision, frames[0]["fx fy fz"], forces, whole, reference.run)
+            result.checks.append(precisions.compare_lists(precision, melt, reference.melted_neighbors))
     shutil.rmtree(scratch)
     return result
 
@@ -108,9 +106,9 @@ def _timestep(script: Script) -> float:
     return float(words["timestep"]) if "timestep" in words else defaults[words.get("units", "lj")]
 
 
-def _compare_thermo(result: SceneResult, lammps: LammpsResult, octant: OctantResult, lj_times_per_step: float) -> None:
+def _compare_thermo(result: SceneResult, theirs: Run, octant: OctantResult, lj_times_per_step: float) -> None:
     """Every column of every printed row, full precision, then the rows as LAMMPS prints them."""
-    theirs, printed, ours = lammps.runs[-1], octant.runs[-1], octant.summary["thermo"]
+    printed, ours = octant.runs[-1], octant.summary["thermo"]
     if printed.columns != theirs.columns or [row["Step"] for row in ours] != [
         int(step) for step in theirs.column("Step")
     ]:
@@ -121,10 +119,7 @@ def _compare_thermo(result: SceneResult, lammps: LammpsResult, octant: OctantRes
         return
     steps = np.array(theirs.column("Step"))
     times = (steps - steps[0]) * lj_times_per_step
-    pairs = theirs.statistics["pairs"]
-    bounds = np.array([tolerances.thermo_bound(time, pairs) for time in times])
-    result.steps = int(steps[-1] - steps[0])
-    result.pairs = int(pairs)
+    bounds = np.array([tolerances.thermo_bound(time, result.pairs) for time in times])
     for column in theirs.columns[1:]:
         reference = np.array(theirs.column(column))
         values = np.array([row[column] for row in ours], dtype=np.float64)
@@ -135,16 +130,16 @@ def _compare_thermo(result: SceneResult, lammps: LammpsResult, octant: OctantRes
         result.checks.append(Check(column, float((difference / bounds).max()), 1.0, detail))
 
 
-def _compare_print(result: SceneResult, lammps: LammpsResult, octant: OctantResult, bound: float) -> None:
+def _compare_print(result: SceneResult, theirs: list[list[str]], octant: OctantResult, bound: float) -> None:
     """The rows of the two log files as text. A difference far below the bounds above can still turn a digit."""
-    theirs, ours = lammps.runs[-1].rows, octant.runs[-1].rows
+    ours = octant.runs[-1].rows
     different = sum(a != b for a, b in zip(theirs, ours, strict=False)) + abs(len(theirs) - len(ours))
     result.checks.append(Check("rows that differ in print", different, bound, f"{len(theirs)} rows"))
 
 
-def _compare_lists(result: SceneResult, lammps: LammpsResult, octant: OctantResult) -> None:
+def _compare_lists(result: SceneResult, theirs: Mapping[str, float], octant: OctantResult) -> None:
     """List length, builds and dangerous builds at the end of the run: equal."""
-    theirs, ours = lammps.runs[-1].statistics, octant.summary["neighbors"]
+    ours = octant.summary["neighbors"]
     for name, key, reference in (
         ("list length", "total", theirs.get("pairs")),
         ("builds", "builds", theirs.get("builds")),

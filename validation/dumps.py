@@ -36,6 +36,10 @@ class Frame:
         wanted = [self.columns.index(name) for name in names.split()]
         return self.values[:, wanted[0]] if len(wanted) == 1 else self.values[:, wanted]
 
+    def only(self, names: str) -> Frame:
+        """The frame with some of its columns, their names with spaces between."""
+        return Frame(self.step, self.bounds, self.periodic, tuple(names.split()), self[names])
+
     @property
     def lengths(self) -> NDArray[np.float64]:
         """Box lengths, shape (3,)."""

@@ -70,13 +70,14 @@ def run_octant(
     threads: int | None = None,
     search: str | None = None,
     precision: str = "double",
+    backend: str = "cpu",
     log: Path | None = None,
 ) -> OctantResult:
-    """Runs a script on the CPU. Raises OctantError with octant's message where it stops."""
+    """Runs a script. Raises OctantError with octant's message where it stops."""
     with tempfile.TemporaryDirectory(prefix="octant-") as scratch:
         log = log or Path(scratch) / "log.octant"
         summary = Path(scratch) / "summary.json"
-        options: list[str | Path] = ["--backend", "cpu", "--precision", precision, "--log", log, "--json", summary]
+        options: list[str | Path] = ["--backend", backend, "--precision", precision, "--log", log, "--json", summary]
         options += ["--threads", str(threads)] if threads else []
         options += ["--search", search] if search else []
         screen = _checked(call("run", script, *_variables(variables), *options), script)
@@ -89,12 +90,16 @@ def run_octant(
 
 
 def count_neighbors(
-    script: Path, variables: Mapping[str, str | int] | None = None, *, search: str | None = None
+    script: Path,
+    variables: Mapping[str, str | int] | None = None,
+    *,
+    search: str | None = None,
+    backend: str = "cpu",
 ) -> NDArray[np.int64]:
     """Number of neighbors of every atom in the initial configuration, indexed by id - 1."""
     with tempfile.TemporaryDirectory(prefix="octant-") as scratch:
         counts = Path(scratch) / "counts.txt"
-        options: list[str | Path] = ["--counts", counts]
+        options: list[str | Path] = ["--backend", backend, "--counts", counts]
         options += ["--search", search] if search else []
         _checked(call("neighbors", script, *_variables(variables), *options), script)
         table = np.loadtxt(counts, dtype=np.int64, ndmin=2)

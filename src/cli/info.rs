@@ -15,9 +15,19 @@ pub fn info() -> Result<ExitCode, Error> {
     say!("backends      cpu ({cores} cores; {})", sets.join(", "));
     #[cfg(feature = "cuda")]
     match crate::engine::cuda::devices() {
-        Ok(devices) => devices.iter().for_each(|device| {
-            say!("              cuda device {device}");
-        }),
+        Ok(devices) => {
+            for device in devices {
+                say!("              cuda device {device}");
+            }
+            match crate::engine::cuda::inspect::compiler() {
+                Ok(version) => {
+                    say!("              NVRTC {version}");
+                }
+                Err(reason) => {
+                    say!("              no NVRTC: {reason}");
+                }
+            }
+        }
         Err(reason) => {
             say!("              no cuda: {reason}");
         }

@@ -91,6 +91,9 @@ struct RunArgs {
 struct NeighborArgs {
     #[command(flatten)]
     script: ScriptArgs,
+    /// Engine that builds the list.
+    #[arg(long, value_enum, default_value_t = BackendArg::Cpu)]
+    backend: BackendArg,
     /// Neighbor search; all give the same pairs.
     #[arg(long, value_enum, default_value_t)]
     search: SearchArg,
@@ -130,6 +133,16 @@ enum SearchArg {
     Brute,
 }
 
+impl From<BackendArg> for BackendChoice {
+    fn from(backend: BackendArg) -> Self {
+        match backend {
+            BackendArg::Auto => BackendChoice::Auto,
+            BackendArg::Cpu => BackendChoice::Cpu,
+            BackendArg::Cuda => BackendChoice::Cuda,
+        }
+    }
+}
+
 impl From<SearchArg> for Search {
     fn from(search: SearchArg) -> Self {
         Search::ALL[search as usize]
@@ -154,11 +167,7 @@ impl RunArgs {
     fn settings(self) -> (PathBuf, Settings) {
         let settings = Settings {
             variables: self.script.variables,
-            backend: match self.backend {
-                BackendArg::Auto => BackendChoice::Auto,
-                BackendArg::Cpu => BackendChoice::Cpu,
-                BackendArg::Cuda => BackendChoice::Cuda,
-            },
+            backend: self.backend.into(),
             device: self.device,
             threads: self.threads.unwrap_or(0).into(),
             precision: Precision::ALL[self.precision as usize],

@@ -11,6 +11,7 @@ use crate::session::{self, Settings};
 pub fn neighbors(args: NeighborArgs) -> Result<ExitCode, Error> {
     let settings = Settings {
         variables: args.script.variables,
+        backend: args.backend.into(),
         threads: args.threads.unwrap_or(0).into(),
         search: args.search.into(),
         ..Settings::default()

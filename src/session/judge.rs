@@ -10,7 +10,6 @@ use super::commands::{Done, Pass, carry_out};
 use super::run::{Outcome, STOP};
 use super::{Live, ScriptState, Settings};
 use crate::Error;
-use crate::engine::Backend as _;
 use crate::engine::{FaultKind, Needs, Program, Stop};
 use crate::neighbor::Grid;
 use crate::output::Console;
@@ -242,7 +241,7 @@ pub fn neighbors(script: &Path, settings: &Settings, cutoff: Option<f64>) -> Res
         list_fits(&state, &simulation_box, cutoff).map_err(|c| lacks(&source, "neighbors", &c))?;
     }
     let radius = program.pair.neighbor_cutoffs(program.policy.skin).into_iter().fold(0.0, f64::max);
-    let mut backend = settings.cpu_engine()?;
+    let (mut backend, _) = settings.engine()?;
     backend.load(Arc::new(program), &state, &simulation_box, step)?;
     // Overlapping atoms have no finite force, but they have neighbors.
     match backend.set_up(Needs::default()) {

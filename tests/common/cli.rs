@@ -7,6 +7,12 @@ use std::path::PathBuf;
 
 use assert_cmd::Command;
 
+/// The folder that fixtures are in: the package's own, or the one that OCTANT_TEST_ROOT names where tests run on another
+/// machine than the one they were compiled on.
+pub fn root() -> PathBuf {
+    std::env::var_os("OCTANT_TEST_ROOT").map_or_else(|| env!("CARGO_MANIFEST_DIR").into(), PathBuf::from)
+}
+
 /// An empty folder, removed when dropped.
 pub struct Folder(pub PathBuf);
 

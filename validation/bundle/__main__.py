@@ -1,0 +1,105 @@
+"""``run.sh``: the parts that are asked for, then a summary; exit status as in ``summary.STATUS``, 2: a wrong call."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from validation.bundle import comparison, device, sanitizer, suites, summary
+from validation.bundle.outcome import FAILED, PASSED, Outcome, call
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+PARTS = ("tests", "sanitizer", "validation", "bench")
+
+
+def main() -> int:
+    """Parses the command line, runs, writes the summary after every step, so that a run that is cut off leaves one."""
+    arguments = _arguments()
+    try:
+        bundle = json.loads((ROOT / "bundle.json").read_text(encoding="utf-8"))
+    except OSError as error:
+        sys.exit(f"this runs in the folder that `make gpu-bundle` makes: {error}")
+    results = arguments.results.resolve()
+    results.mkdir(parents=True, exist_ok=True)
+    try:
+        found = device.find(ROOT / "bin" / "octant")
+    except (OSError, subprocess.CalledProcessError) as error:
+        sys.exit(f"octant does not start on this machine: {error}")
+    about = {
+        "date": datetime.datetime.now().astimezone().isoformat(timespec="seconds"),
+        "card": "; ".join(found.cards) or f"none ({found.missing})",
+        "driver": found.driver,
+        "NVRTC": found.nvrtc,
+        "commit": bundle["commit"],
+        "LAMMPS": bundle["lammps"],
+        "backend": arguments.backend,
+    }
+    print("\n".join(f"{name}: {value}" for name, value in about.items()), flush=True)
+    outcomes: list[Outcome] = []
+    table: list[comparison.Row] = []
+    with tempfile.TemporaryDirectory(prefix="octant-bundle-") as scratch:
+        for outcome in _outcomes(arguments, bundle, results, Path(scratch), found, table):
+            outcomes.append(outcome)
+            counts = f"{outcome.passed} passed, {outcome.failed} failed, {outcome.skipped} skipped"
+            print(f"{outcome.verdict:8}{outcome.part}, {outcome.name}: {counts} ({outcome.seconds:.1f} s)", end="")
+            print(f"  {outcome.detail}" if outcome.detail else "", flush=True)
+            summary.write(results, about, outcomes, table)
+    verdict = summary.overall(outcomes)
+    print(f"{verdict}; wrote {results / 'summary.md'}")
+    return summary.STATUS[verdict]
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="run.sh",
+        description="Tests octant on this machine's GPU. Exit status: 0 passed, 1 failed, 2 wrong call, 77 nothing "
+        "failed, but something could not be run.",
+    )
+    parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(PARTS)}; all but bench by default")
+    parser.add_argument("--results", type=Path, default=Path("results"), help="folder for summary and logs (results)")
+    parser.add_argument(
+        "--backend",
+        choices=("cuda", "cpu"),
+        default="cuda",
+        help="engine under test; cpu tries the bundle without a GPU",
+    )
+    arguments = parser.parse_args()
+    if unknown := [part for part in arguments.parts if part not in PARTS]:
+        parser.error(f"there is no part {', '.join(unknown)}; there are {', '.join(PARTS)}")
+    arguments.parts = arguments.parts or [part for part in PARTS if part != "bench"]
+    return arguments
+
+
+def _outcomes(
+    arguments: argparse.Namespace,
+    bundle: dict,
+    results: Path,
+    scratch: Path,
+    found: device.Device,
+    table: list[comparison.Row],
+) -> Iterator[Outcome]:
+    environment, backend = dict(os.environ), arguments.backend
+    if "tests" in arguments.parts:
+        everything = [suites.Suite(**suite) for suite in bundle["suites"]]
+        yield from suites.run(everything, ROOT, results, scratch, environment, found, backend)
+    if "sanitizer" in arguments.parts:
+        yield from sanitizer.run(ROOT, results, scratch, environment, found, backend)
+    if "validation" in arguments.parts:
+        yield from comparison.run(ROOT, results, scratch, environment, found, backend, table)
+    if "bench" in arguments.parts:
+        for file in bundle["benches"]:
+            log = Path("bench") / f"{Path(file).name}.log"
+            done = call([ROOT / file, "--bench"], results / log, environment, 3600.0, scratch)
+            verdict = PASSED if done.status == 0 else FAILED
+            yield Outcome("bench", Path(file).name, verdict, seconds=done.seconds, log=str(log))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
