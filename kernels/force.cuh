@@ -39,7 +39,9 @@ __device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const 
     bool in = r2 < p[0];
 #if !defined(FIXED) && PERIODIC
     // Across a side, rounding must decide for both rows of a pair alike.
-    if (code != s.no_image && fabs(r2 - p[0]) <= s.tie_band * p[0]) {
+    double tied;
+    is_tied(r2, p[0], s.tie_band, &tied);
+    if (code != s.no_image && tied != 0.0) {
         const int4 n = a.images[code];
         const double image[3] = {(double)n.x, (double)n.y, (double)n.z};
         const double xi[3] = {own.x, own.y, own.z}, xj[3] = {at.x, at.y, at.z};

@@ -16,15 +16,9 @@ __device__ __noinline__ bool is_neighbor(const Arrays& a, const Scene& s, const 
         xj[axis] = x[j];
     }
     const double image[3] = {(double)ix, (double)iy, (double)iz};
-    double r2;
-    squared_distance(xi, xj, image, s, &r2);
-#if PERIODIC
-    if ((ix | iy | iz) != 0 && fabs(r2 - limit) <= s.tie_band * limit) {
-        tied_squared_distance(xi, xj, image, s, &r2);
-        return limit > 0.0 && r2 <= limit;
-    }
-#endif
-    return r2 <= limit;
+    double held;
+    hold(xi, xj, image, s, limit, &held);
+    return held != 0.0;
 }
 
 // Brings a neighbor cell into the grid; returns false where there is none.

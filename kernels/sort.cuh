@@ -2,23 +2,33 @@
 
 // Cell, octant and part of the octant of a wrapped position; returns whether the grid reaches there.
 __device__ __forceinline__ bool key_of(const Scene& s, const Point& p, u32 cell[3], u32* octant, u32* part) {
-    double c[3], e[3];
+    double e[3], number[2];
     bool inside = true;
     for (u32 axis = 0; axis < 3; axis++) {
-        locate(p.x[axis], s.grid_lo[axis], s.inverse_edge[axis], s.last_cell[axis], &c[axis], &e[axis]);
-        cell[axis] = (u32)c[axis];
+        double c;
+        locate(p.x[axis], s.grid_lo[axis], s.inverse_edge[axis], s.last_cell[axis], &c, &e[axis]);
+        cell[axis] = (u32)c;
         // Beyond the last cell of a free axis a particle belongs to it, but fixed-point coordinates reach one cell further only.
         const double place = (p.x[axis] - s.grid_lo[axis]) * s.inverse_edge[axis];
         inside &= place >= -1.0 && place <= s.last_cell[axis] + 2.0;
     }
-    const u32 ex = (u32)e[0], ey = (u32)e[1], ez = (u32)e[2];
-    *octant = ex >> 2 | ey >> 2 << 1 | ez >> 2 << 2;
+    octant_and_part(e, &number[0], &number[1]);
+    *octant = (u32)number[0];
 #ifdef COMPACT
-    *part = (ex >> 1 & 1) << 3 | (ey >> 1 & 1) << 4 | (ez >> 1 & 1) << 5 | (ex & 1) | (ey & 1) << 1 | (ez & 1) << 2;
+    *part = (u32)number[1];
 #else
     *part = 0;
 #endif
     return inside;
+}
+
+// Number of a cell or bin among so many.
+__device__ __forceinline__ u32 number_of(u32 x, u32 y, u32 z, const u32 counts[3]) {
+    const double cell[3] = {(double)x, (double)y, (double)z};
+    const double cells[3] = {(double)counts[0], (double)counts[1], (double)counts[2]};
+    double number;
+    row_major(cell, cells, &number);
+    return (u32)number;
 }
 
 // Place of a cell in the table: cells far apart may share one where the grid is mostly empty.
@@ -26,7 +36,7 @@ __device__ __forceinline__ u32 table_of(const Scene& s, u32 x, u32 y, u32 z) {
 #ifdef FOLDED
     x %= s.table[0], y %= s.table[1], z %= s.table[2];
 #endif
-    return (z * s.table[1] + y) * s.table[0] + x;
+    return number_of(x, y, z, s.table);
 }
 
 __device__ __forceinline__ u64 cell_number(const u32 cell[3]) {
@@ -132,10 +142,11 @@ __device__ void sort_storage(const Arrays& a, const Scene& s, Run& r) {
         wrap(s, p, image);
         u32 bin[3];
         for (u32 axis = 0; axis < 3; axis++) {
-            const double place = floor(__dmul_rn(__dsub_rn(p.x[axis], s.lo[axis]), s.storage_inverse[axis]));
-            bin[axis] = (u32)fmin(fmax(place, 0.0), (double)(s.storage_bins[axis] - 1));
+            double place, eighth;
+            locate(p.x[axis], s.lo[axis], s.storage_inverse[axis], (double)(s.storage_bins[axis] - 1), &place, &eighth);
+            bin[axis] = (u32)place;
         }
-        const u32 bucket = (bin[2] * s.storage_bins[1] + bin[1]) * s.storage_bins[0] + bin[0];
+        const u32 bucket = number_of(bin[0], bin[1], bin[2], s.storage_bins);
         a.bucket[k] = bucket;
 #ifdef FOLDED
         a.cell[k] = 0;

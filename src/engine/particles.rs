@@ -3,6 +3,8 @@
 
 use rayon::prelude::*;
 
+use crate::neighbor::axis::locate;
+use crate::neighbor::search::row_major;
 use crate::neighbor::{Cells, Grid, Search};
 use crate::system::parallel;
 use crate::system::state::survivors;
@@ -179,12 +181,13 @@ impl Particles {
         }
         let place = |x: f64, axis: usize| {
             let inverse = bins[axis] / lengths[axis];
-            ((x - simulation_box.lo[axis]) * inverse).floor().clamp(0.0, bins[axis] - 1.0) as u64
+            locate(x, simulation_box.lo[axis], inverse, bins[axis] - 1.0).0 as u64
         };
+        let counts = [bins.x as u64, bins.y as u64, bins.z as u64];
         order.clear();
         for (k, (at, home)) in self.x.iter().zip(&self.home).enumerate() {
-            let [x, y, z] = std::array::from_fn(|axis| place(at[axis], axis));
-            order.push(((z * bins.y as u64 + y) * bins.x as u64 + x, *home, k as u32));
+            let bin = std::array::from_fn(|axis| place(at[axis], axis));
+            order.push((row_major(bin, counts), *home, k as u32));
         }
         order.par_sort_unstable();
         for (home, (_, _, k)) in order.iter().enumerate() {

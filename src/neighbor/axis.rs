@@ -94,11 +94,10 @@ impl Axis {
         Self { lo, edge, inverse_edge: 1.0 / edge, cells, periodic, reach }
     }
 
-    /// Cell and eighth of it (0 to 7; from 4 on the upper half) of a coordinate inside the axis's extent.
+    /// Cell and eighth of it (0 to 7; from 4 on the upper half) of a coordinate inside the axis's extent, as whole numbers.
     #[inline]
-    pub fn locate(&self, x: f64) -> (i64, u8) {
-        let (cell, eighth) = locate(x, self.lo, self.inverse_edge, (self.cells - 1) as f64);
-        (cell as i64, eighth as u8)
+    pub fn locate(&self, x: f64) -> (f64, f64) {
+        locate(x, self.lo, self.inverse_edge, (self.cells - 1) as f64)
     }
 
     /// Middle of a cell.

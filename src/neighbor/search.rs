@@ -4,9 +4,11 @@
 //! the particle's side, [`Search::Standard`] into all cells within R, [`Search::Brute`] is a single cell with its images.
 
 use std::fmt;
+use std::ops::{Add, Mul};
 
 use super::axis::{Axis, AxisRequest, Visit};
 use super::cells::{Cells, OCTANTS};
+use crate::real::Whole;
 use crate::system::{SimulationBox, Vec3};
 
 /// Which search builds the lists. All give the same pairs.
@@ -95,21 +97,16 @@ impl Grid {
     /// The sort key of a particle: cell hash (X fastest), octant, part of the octant.
     #[inline]
     pub fn key(&self, x: &Vec3) -> Key {
-        let (cx, ex) = self.axes[0].locate(x.x);
-        let (cy, ey) = self.axes[1].locate(x.y);
-        let (cz, ez) = self.axes[2].locate(x.z);
-        let halves = ex >> 2 | ey >> 2 << 1 | ez >> 2 << 2;
-        // Bits 1 and 0 of the eighths, interleaved.
-        let level = |bit: u8| (ex >> bit & 1) | (ey >> bit & 1) << 1 | (ez >> bit & 1) << 2;
-        let part = if self.compact { level(1) << 3 | level(0) } else { 0 };
-        Key { octant: self.hash([cx, cy, cz]) * OCTANTS as u64 + u64::from(halves), part }
+        let places: [(f64, f64); 3] = std::array::from_fn(|a| self.axes[a].locate(x[a]));
+        let (octant, part) = octant_and_part(places.map(|(_, eighth)| eighth));
+        let part = if self.compact { part as u8 } else { 0 };
+        Key { octant: self.hash(places.map(|(cell, _)| cell as i64)) * OCTANTS as u64 + octant as u64, part }
     }
 
     /// Equation 1 of Morillo et al.: `z ny nx + y nx + x`.
     #[inline]
     pub fn hash(&self, cell: [i64; 3]) -> u64 {
-        let [nx, ny] = [self.axes[0].cells as u64, self.axes[1].cells as u64];
-        (cell[2] as u64 * ny + cell[1] as u64) * nx + cell[0] as u64
+        row_major(cell.map(|c| c as u64), self.axes.map(|axis| axis.cells as u64))
     }
 
     /// Cell coordinates of a hash.
@@ -131,6 +128,26 @@ impl Grid {
             });
         });
     }
+}
+
+/// Number of a cell in a grid of so many cells along each axis, X fastest.
+#[inline(always)]
+pub fn row_major<T: Copy + Add<Output = T> + Mul<Output = T>>(cell: [T; 3], cells: [T; 3]) -> T {
+    (cell[2] * cells[1] + cell[1]) * cells[0] + cell[0]
+}
+
+/// From the eighths of its cell that a particle is in along each axis: its octant, and the part of the octant along a Z-order
+/// curve of 4 x 4 x 4.
+#[inline(always)]
+pub fn octant_and_part<R: Whole>(eighths: [R; 3]) -> (R, R) {
+    let [half, two] = [0.5, 2.0].map(R::constant);
+    // Bits 2, 1 and 0 of the eighths, each interleaved.
+    let level = |bits: [R; 3]| (bits[2] * two + bits[1]) * two + bits[0];
+    let quarters = eighths.map(|e| (e * half).trunc());
+    let halves = quarters.map(|q| (q * half).trunc());
+    let low = std::array::from_fn(|a| eighths[a] - quarters[a] * two);
+    let middle = std::array::from_fn(|a| quarters[a] - halves[a] * two);
+    (level(halves), level(middle) * R::constant(8.0) + level(low))
 }
 
 /// "12 x 12 x 12 cells of edge 5.6".

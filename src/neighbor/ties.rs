@@ -6,7 +6,7 @@
 //! one with the upper coordinates. Deciding so in both rows also keeps forces equal and opposite.
 
 use super::LAMMPS_BIN;
-use crate::real::Whole;
+use crate::real::{Real, Whole};
 use crate::system::{SimulationBox, Vec3};
 
 /// What it takes to repeat LAMMPS's rounding.
@@ -50,12 +50,50 @@ impl Ties {
         let most = image.map(i32::unsigned_abs);
         tied_squared_distance(&self.sides, (*i).into(), (*j).into(), image.map(f64::from), most)
     }
+
+    /// Whether particle i and the image of j are at most the square root of `limit` apart, as LAMMPS finds it.
+    #[cold]
+    pub fn hold(&self, i: &Vec3, j: &Vec3, image: [i32; 3], limit: f64) -> bool {
+        let most = image.map(i32::unsigned_abs);
+        hold(&self.sides, (*i).into(), (*j).into(), image.map(f64::from), (limit, self.band), most) != 0.0
+    }
 }
 
 /// Squared distance of i and j where j stands at j + image * lengths, in the order of operations that lists are decided with.
 #[inline(always)]
 pub fn squared_distance<R: Whole>(i: [R; 3], j: [R; 3], image: [R; 3], lengths: [R; 3]) -> R {
     squared(std::array::from_fn(|a| i[a] - (j[a] + image[a] * lengths[a])))
+}
+
+/// 1 where rounding could decide on which side of `limit` a squared distance across a periodic side is, else 0.
+#[inline(always)]
+pub fn is_tied<R: Real>(squared: R, limit: R, band: R) -> R {
+    let (off, width) = (squared - limit, band * limit);
+    let (zero, one) = (R::constant(0.0), R::constant(1.0));
+    R::select(width.less(off), zero, R::select(width.less(-off), zero, one))
+}
+
+/// 1 where i and the image of j are neighbors: at most the square root of `limit` apart, with LAMMPS's rounding where it could
+/// decide; else 0. `band` is the relative width of the band in which it could.
+pub fn hold<R: Whole>(
+    sides: &TieBox<R>,
+    i: [R; 3],
+    j: [R; 3],
+    image: [R; 3],
+    (limit, band): (R, R),
+    most: [u32; 3],
+) -> R {
+    let (zero, one) = (R::constant(0.0), R::constant(1.0));
+    let squared = squared_distance(i, j, image, sides.lengths);
+    let within = |squared: R| R::select(limit.less(squared), zero, one);
+    if most == [0; 3] {
+        return within(squared);
+    }
+    // A pair that is switched off has no ties: it is listed where particles coincide.
+    let tied = R::select(zero.less(limit), within(tied_squared_distance(sides, i, j, image, most)), zero);
+    let away = image[0] * image[0] + image[1] * image[1] + image[2] * image[2];
+    let across = R::select(zero.less(away), is_tied(squared, limit, band), zero);
+    R::select(zero.less(across), tied, within(squared))
 }
 
 /// [`squared_distance`] with LAMMPS's rounding; no image lies further out than `most` edges.

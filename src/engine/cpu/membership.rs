@@ -2,7 +2,7 @@
 
 use crate::engine::particles::Particles;
 use crate::neighbor::guard;
-use crate::neighbor::ties::{Ties, squared_distance};
+use crate::neighbor::ties::Ties;
 use crate::real::Isa;
 use crate::real::lanes::{Lanes, Simd, SimdVisitor, with_simd};
 use crate::system::SimulationBox;
@@ -51,11 +51,7 @@ impl Membership {
     pub fn holds(&self, particles: &Particles, i: usize, j: usize, image: [i32; 3]) -> bool {
         let (a, b) = (&particles.x[i], &particles.x[j]);
         let limit = self.squared[particles.kind[i] as usize * self.types + particles.kind[j] as usize];
-        let r2 = squared_distance((*a).into(), (*b).into(), image.map(f64::from), self.lengths);
-        if image != [0; 3] && (r2 - limit).abs() <= self.ties.band * limit {
-            return limit > 0.0 && self.ties.squared_distance(a, b, image) <= limit;
-        }
-        r2 <= limit
+        self.ties.hold(a, b, image, limit)
     }
 }
 

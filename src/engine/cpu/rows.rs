@@ -3,7 +3,7 @@
 use super::block::{Block, Part};
 use super::force::{Kernel, PairSums, PairTask};
 use super::mode::{Mode, Shift, Slot};
-use crate::neighbor::ties::Ties;
+use crate::neighbor::ties::{Ties, is_tied};
 use crate::pair::PairStyle;
 use crate::pair::truncation::Truncation;
 use crate::real::lanes::{Element, Lanes, PairLanes, Simd, Tile, Work};
@@ -274,8 +274,8 @@ impl<M: Mode> TieAt<'_, M> {
             let place = |slot: &M::Slot| Vec3::from(M::Slot::position(slot));
             let (a, b) = (place(a), place(b));
             let shift = Vec3::from_fn(|axis, _| f64::from(image[axis]) * self.task.lengths[axis]);
-            let off = (a - (b + shift)).norm_squared() - limit;
-            if image != [0; 3] && off.abs() <= ties.band * limit {
+            let squared = (a - (b + shift)).norm_squared();
+            if image != [0; 3] && is_tied(squared, limit, ties.band) != 0.0 {
                 let within = ties.squared_distance(&a, &b, image) < limit;
                 inside = inside & !(1 << lane) | u32::from(within) << lane;
             }

@@ -6,7 +6,8 @@ use super::shape::Shape;
 use crate::dynamics::{Fix, FixStyle, FixVisitor, Motion, Step, with_fix};
 use crate::engine::Program;
 use crate::neighbor::axis::locate;
-use crate::neighbor::ties::{TieBox, squared_distance, tied_squared_distance};
+use crate::neighbor::search::{octant_and_part, row_major};
+use crate::neighbor::ties::{TieBox, hold, is_tied, tied_squared_distance};
 use crate::pair::truncation::{Cut, Shifted, Truncation};
 use crate::pair::{PairStyle, PairTable, StyleVisitor, with_style};
 use crate::real::{Arithmetic, Expr, Recording};
@@ -212,38 +213,59 @@ fn fix_formulas(fixes: &[Fix], shape: &Shape) -> String {
 
 /// Rules of cells and distances that host and device must round alike.
 fn rules(shape: &Shape) -> String {
-    let exact = Arithmetic::F64Exact;
+    let three = |tape: &Recording, name: &str| std::array::from_fn(|a| tape.input(format!("{name}[{a}]")));
     let tape = Recording::start();
     let (cell, eighth) = locate(tape.input("x"), tape.input("lo"), tape.input("inverse_edge"), tape.input("last"));
-    let mut text = format!(
-        "__device__ __forceinline__ void locate(double x, double lo, double inverse_edge, double last, double* cell, \
-         double* eighth) {{\n{}}}\n",
-        tape.print(&[("*cell", cell), ("*eighth", eighth)], exact, "t")
+    let arguments = "double x, double lo, double inverse_edge, double last, double* cell, double* eighth";
+    let mut text = rule("void locate", arguments, &tape, &[("*cell", cell), ("*eighth", eighth)]);
+    let tape = Recording::start();
+    let (octant, part) = octant_and_part(three(&tape, "eighths"));
+    let arguments = "const double eighths[3], double* octant, double* part";
+    text += &rule("void octant_and_part", arguments, &tape, &[("*octant", octant), ("*part", part)]);
+    let tape = Recording::start();
+    let number = row_major(three(&tape, "cell"), three(&tape, "cells"));
+    text += &rule(
+        "void row_major",
+        "const double cell[3], const double cells[3], double* number",
+        &tape,
+        &[("*number", number)],
     );
     let tape = Recording::start();
     let (wrapped, images) = wrap_once(tape.input("x"), tape.input("lo"), tape.input("hi"));
-    text += &format!(
-        "__device__ __forceinline__ void wrap_once(double x, double lo, double hi, double* wrapped, double* images) {{\n\
-         {}}}\n",
-        tape.print(&[("*wrapped", wrapped), ("*images", images)], exact, "t")
-    );
-    let arguments = "const double i[3], const double j[3], const double image[3], const Scene& s, double* r2";
+    let arguments = "double x, double lo, double hi, double* wrapped, double* images";
+    text += &rule("void wrap_once", arguments, &tape, &[("*wrapped", wrapped), ("*images", images)]);
+
+    let sides = |tape: &Recording| TieBox {
+        lo: three(tape, "s.lo"),
+        hi: three(tape, "s.hi"),
+        lengths: three(tape, "s.lengths"),
+        bins: three(tape, "s.bins"),
+    };
+    let most = shape.most_images;
+    let pair = "const double i[3], const double j[3], const double image[3], const Scene& s";
     let tape = Recording::start();
-    let three = |name: &str| std::array::from_fn(|a| tape.input(format!("{name}[{a}]")));
-    let r2 = squared_distance(three("i"), three("j"), three("image"), three("s.lengths"));
-    text += &format!(
-        "__device__ __forceinline__ void squared_distance({arguments}) {{\n{}}}\n",
-        tape.print(&[("*r2", r2)], exact, "t")
-    );
-    if shape.periodic != 0 {
+    let limit = (tape.input("limit"), tape.input("s.tie_band"));
+    let held = hold(&sides(&tape), three(&tape, "i"), three(&tape, "j"), three(&tape, "image"), limit, most);
+    let arguments = format!("{pair}, double limit, double* held");
+    text += &rule("void hold", &arguments, &tape, &[("*held", held)]);
+    if shape.double_pairs && shape.periodic != 0 {
         let tape = Recording::start();
-        let three = |name: &str| std::array::from_fn(|a| tape.input(format!("{name}[{a}]")));
-        let sides = TieBox { lo: three("s.lo"), hi: three("s.hi"), lengths: three("s.lengths"), bins: three("s.bins") };
-        let r2 = tied_squared_distance(&sides, three("i"), three("j"), three("image"), shape.most_images);
-        text += &format!(
-            "__device__ __noinline__ void tied_squared_distance({arguments}) {{\n{}}}\n",
-            tape.print(&[("*r2", r2)], exact, "t")
-        );
+        let tied = is_tied(tape.input("squared"), tape.input("limit"), tape.input("band"));
+        text +=
+            &rule("void is_tied", "double squared, double limit, double band, double* tied", &tape, &[("*tied", tied)]);
+        let tape = Recording::start();
+        let (i, j, image) = (three(&tape, "i"), three(&tape, "j"), three(&tape, "image"));
+        let squared = tied_squared_distance(&sides(&tape), i, j, image, most);
+        let arguments = format!("{pair}, double* squared");
+        // Rarely called: its registers are not those of the loop.
+        text += &rule("void tied_squared_distance", &arguments, &tape, &[("*squared", squared)])
+            .replace("__forceinline__", "__noinline__");
     }
     text
+}
+
+/// A function whose body a recording holds, with the rounding of the host.
+fn rule(name: &str, arguments: &str, tape: &Recording, outputs: &[(&str, Expr)]) -> String {
+    let body = tape.print(outputs, Arithmetic::F64Exact, "t");
+    format!("__device__ __forceinline__ {name}({arguments}) {{\n{body}}}\n")
 }
