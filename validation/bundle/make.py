@@ -31,6 +31,10 @@ LARGEST = 60 * _MEBI
 FILES = ("inputs/*", "tests/bad/*", "validation/*.py", "validation/scenes/*", "validation/bundle/*", "LICENSE-*")
 LEFT_OUT = re.compile(r"/(test_\w+|conftest|trajectories)\.py$|/make\.py$|/run\.sh$")
 
+#: Suites that do nothing on a GPU and stay behind: the reading of scripts, allocations of the CPU engine, kernels compiled for
+#: architectures that are not there.
+AT_HOME = {"allocations", "cuda_kernels", "judging", "script_reader", "wrong_input"}
+
 #: A test source that asks for the backends that OCTANT_TEST_BACKEND leaves.
 _ENGINES = re.compile(r"(?<!\w)variants\(\)")
 
@@ -90,7 +94,7 @@ def _binaries(flags: list[str]) -> dict[str, Any]:
         elif kind == "bench":
             _strip(executable, f"benches/{target['name']}")
             benches.append(f"benches/{target['name']}")
-        elif is_test and _has_tests(executable):
+        elif is_test and target["name"] not in AT_HOME and _has_tests(executable):
             name = {"lib": "unit tests", "bin": "unit tests of the binary"}.get(kind, target["name"])
             file = f"suites/{name.replace(' ', '-')}"
             _strip(executable, file)

@@ -94,6 +94,11 @@ pub fn kernels<C: SourceCompiler>(
     Ok(Kernels { cubin, ptx, cached: false })
 }
 
+/// Whether nothing has ever been put into the user's folder, or there is none.
+pub fn is_unused() -> bool {
+    folder().and_then(|folder| fs::read_dir(folder).ok()).is_none_or(|mut entries| entries.next().is_none())
+}
+
 /// Binary and intermediate code of that name; an empty file, which a machine that lost its power may leave, is none.
 fn read(folder: &Path, name: &str) -> Option<(Vec<u8>, String)> {
     let cubin = fs::read(folder.join(format!("{name}.cubin"))).ok()?;

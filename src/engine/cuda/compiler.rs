@@ -1,6 +1,7 @@
 //! From source to kernels for the device at hand.
 
-use std::cell::{OnceCell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
+use std::thread::JoinHandle;
 use std::time::Instant;
 
 use super::cache::{self, Kernels};
@@ -8,22 +9,41 @@ use super::device::Device;
 use super::nvrtc::Nvrtc;
 use super::source::Unit;
 
-/// A device and the compiler for it, which is loaded when it is first needed.
+/// NVRTC on its way from the disk, of which it reads a hundred megabytes.
+pub struct Loading(JoinHandle<Result<Nvrtc, String>>);
+
+impl Loading {
+    /// Begins to load it on a thread of its own, while the driver wakes the GPU.
+    pub fn begin() -> Self {
+        Self(std::thread::spawn(|| {
+            let nvrtc = Nvrtc::load()?;
+            // Where nothing has been compiled yet, something small draws in what the first kernels will wait for.
+            if cache::is_unused() {
+                let _ = nvrtc.compile("extern \"C\" __global__ void nothing() {}", &cache::options("sm_75"));
+            }
+            Ok(nvrtc)
+        }))
+    }
+}
+
+/// A device and the compiler for it.
 pub struct Compiler {
     pub device: Device,
+    loading: Cell<Option<Loading>>,
     nvrtc: OnceCell<Result<Nvrtc, String>>,
     /// What was compiled, for the log.
     notes: RefCell<Vec<String>>,
 }
 
 impl Compiler {
-    pub fn new(device: Device) -> Self {
-        Self { device, nvrtc: OnceCell::new(), notes: RefCell::default() }
+    pub fn new(device: Device, loading: Loading) -> Self {
+        Self { device, loading: Cell::new(Some(loading)), nvrtc: OnceCell::new(), notes: RefCell::default() }
     }
 
     /// The compiler, or what is missing.
     pub fn nvrtc(&self) -> &Result<Nvrtc, String> {
-        self.nvrtc.get_or_init(Nvrtc::load)
+        let loaded = |Loading(thread)| thread.join().expect("loading does not panic");
+        self.nvrtc.get_or_init(|| self.loading.take().map_or_else(Nvrtc::load, loaded))
     }
 
     /// Kernels of all units, which are compiled side by side.

@@ -55,12 +55,18 @@ impl Device {
         Ok(Self { context, name, ordinal, capability, multiprocessors, driver })
     }
 
+    /// An error where there is no driver.
+    pub fn check_driver() -> Result<(), String> {
+        // SAFETY: only asks the loader for a library.
+        if unsafe { sys::is_culib_present() } {
+            return Ok(());
+        }
+        Err("there is no NVIDIA driver on this machine (libcuda.so.1 was not found)".into())
+    }
+
     /// How many GPUs there are; an error where there is none.
     pub fn count() -> Result<usize, String> {
-        // SAFETY: only asks the loader for a library.
-        if !unsafe { sys::is_culib_present() } {
-            return Err("there is no NVIDIA driver on this machine (libcuda.so.1 was not found)".into());
-        }
+        Self::check_driver()?;
         result::init().map_err(|e| match e.0 {
             sys::CUresult::CUDA_ERROR_NO_DEVICE => {
                 "no CUDA device: the driver sees none (CUDA_VISIBLE_DEVICES may hide it)".to_string()

@@ -30,7 +30,7 @@ use super::precision::Precision;
 use super::program::Program;
 use crate::Error;
 use crate::system::{SimulationBox, State};
-use compiler::Compiler;
+use compiler::{Compiler, Loading};
 use device::Device;
 use engine::Engine;
 pub use plan::Tuning;
@@ -57,8 +57,10 @@ impl CudaBackend {
     /// The error says what is missing and how to get it.
     pub fn new(options: CudaOptions) -> Result<Self, Error> {
         let CudaOptions { device, precision, tuning } = options;
+        Device::check_driver().map_err(Error::Unavailable)?;
+        let loading = Loading::begin();
         let device = Device::open(device).map_err(Error::Unavailable)?;
-        Ok(Self { compiler: Rc::new(Compiler::new(device)), precision, tuning, engine: None })
+        Ok(Self { compiler: Rc::new(Compiler::new(device, loading)), precision, tuning, engine: None })
     }
 
     /// Whether kernels can be compiled; the error says what is missing and how to get it.
