@@ -1,48 +1,5 @@
 // Particles into the order of cells: wrapped, counted by octant, dealt out, ranked inside each octant, gathered.
 
-// Cell, octant and part of the octant of a wrapped position; returns whether the grid reaches there.
-__device__ __forceinline__ bool key_of(const Scene& s, const Point& p, u32 cell[3], u32* octant, u32* part) {
-    double e[3], number[2];
-    bool inside = true;
-    for (u32 axis = 0; axis < 3; axis++) {
-        double c;
-        locate(p.x[axis], s.grid_lo[axis], s.inverse_edge[axis], s.last_cell[axis], &c, &e[axis]);
-        cell[axis] = (u32)c;
-        // Beyond the last cell of a free axis a particle belongs to it, but fixed-point coordinates reach one cell further only.
-        const double place = (p.x[axis] - s.grid_lo[axis]) * s.inverse_edge[axis];
-        inside &= place >= -1.0 && place <= s.last_cell[axis] + 2.0;
-    }
-    octant_and_part(e, &number[0], &number[1]);
-    *octant = (u32)number[0];
-#ifdef COMPACT
-    *part = (u32)number[1];
-#else
-    *part = 0;
-#endif
-    return inside;
-}
-
-// Number of a cell or bin among so many.
-__device__ __forceinline__ u32 number_of(u32 x, u32 y, u32 z, const u32 counts[3]) {
-    const double cell[3] = {(double)x, (double)y, (double)z};
-    const double cells[3] = {(double)counts[0], (double)counts[1], (double)counts[2]};
-    double number;
-    row_major(cell, cells, &number);
-    return (u32)number;
-}
-
-// Place of a cell in the table: cells far apart may share one where the grid is mostly empty.
-__device__ __forceinline__ u32 table_of(const Scene& s, u32 x, u32 y, u32 z) {
-#ifdef FOLDED
-    x %= s.table[0], y %= s.table[1], z %= s.table[2];
-#endif
-    return number_of(x, y, z, s.table);
-}
-
-__device__ __forceinline__ u64 cell_number(const u32 cell[3]) {
-    return (u64)cell[2] << 40 | (u64)cell[1] << 20 | cell[0];
-}
-
 // Brings a position into the box by one image at most; returns whether it is inside then.
 __device__ __forceinline__ bool wrap(const Scene& s, Point& p, int image[3]) {
     bool inside = true;

@@ -201,7 +201,7 @@ fn a_free_box_has_no_rules_of_periodic_sides() {
     if !is_there() {
         return;
     }
-    let rebuild = |ptx: &str| ptx.split(".entry rebuild(").nth(1).unwrap().split(".entry ").next().unwrap().to_string();
+    let sort = |ptx: &str| ptx.split(".entry sort(").nth(1).unwrap().split(".entry ").next().unwrap().to_string();
     for precision in Precision::ALL {
         let periodic = ptx_of(&lennard_jones(1), &melt(10), precision);
         let free = ptx_of(&lennard_jones(1), &gas(500, 20.0, Side::Fixed), precision);
@@ -209,7 +209,7 @@ fn a_free_box_has_no_rules_of_periodic_sides() {
         let has_ties = |ptx: &str| ptx.contains("tied_squared_distance");
         assert_eq!((has_ties(&periodic), has_ties(&free)), (precision == Precision::Double, false), "{precision:?}");
         // Wrapping compares each coordinate with both sides and moves it.
-        let [wrapping, plain] = [&periodic, &free].map(|ptx| double_instructions(&rebuild(ptx)));
+        let [wrapping, plain] = [&periodic, &free].map(|ptx| double_instructions(&sort(ptx)));
         assert!(plain + 3 * 3 <= wrapping, "{precision:?}: {plain}, {wrapping}");
         // No image is looked up: a pair reads its entry and a slot.
         let slot = if precision == Precision::Double { 32 } else { 16 };

@@ -23,8 +23,9 @@ pub struct TieBox<R> {
     pub lo: [R; 3],
     pub hi: [R; 3],
     pub lengths: [R; 3],
-    /// LAMMPS's bins along each axis.
+    /// LAMMPS's bins along each axis, and bins in a unit of length.
     pub bins: [R; 3],
+    pub inverse_bin: [R; 3],
 }
 
 impl Ties {
@@ -35,12 +36,10 @@ impl Ties {
         let lengths = simulation_box.lengths();
         let coordinate = simulation_box.lo.amax().max(simulation_box.hi.amax()) + lengths.amax();
         let inverse = 1.0 / (LAMMPS_BIN * largest);
-        let sides = TieBox {
-            lo: simulation_box.lo.into(),
-            hi: simulation_box.hi.into(),
-            lengths: lengths.into(),
-            bins: lengths.map(|l| (l * inverse).floor().max(1.0)).into(),
-        };
+        let (lo, hi) = (simulation_box.lo, simulation_box.hi);
+        let bins = lengths.map(|l| (l * inverse).floor().max(1.0));
+        let inverse_bin = std::array::from_fn(|a| 1.0 / ((hi[a] - lo[a]) / bins[a]));
+        let sides = TieBox { lo: lo.into(), hi: hi.into(), lengths: lengths.into(), bins: bins.into(), inverse_bin };
         Self { sides, band: 64.0 * f64::EPSILON * (1.0 + coordinate / smallest) }
     }
 
@@ -138,9 +137,8 @@ fn order<R: Whole>(sides: &TieBox<R>, a: [R; 3], b: [R; 3]) -> R {
 }
 
 fn bin<R: Whole>(sides: &TieBox<R>, x: R, axis: usize) -> R {
-    let (lo, hi, bins) = (sides.lo[axis], sides.hi[axis], sides.bins[axis]);
+    let (lo, hi, bins, inverse) = (sides.lo[axis], sides.hi[axis], sides.bins[axis], sides.inverse_bin[axis]);
     let one = R::constant(1.0);
-    let inverse = one / ((hi - lo) / bins);
     let beyond = ((x - hi) * inverse).trunc() + bins;
     let from_low = ((x - lo) * inverse).trunc();
     R::select(x.less(hi), R::select(x.less(lo), from_low - one, from_low.lesser(bins - one)), beyond)

@@ -28,7 +28,7 @@ _MEBI = 2**20
 LARGEST = 60 * _MEBI
 
 #: What goes in as it is. Python's tests and the benchmark stay behind: they need LAMMPS and other packages.
-FILES = ("inputs/*", "tests/bad/*", "validation/*.py", "validation/scenes/*", "validation/bundle/*", "LICENSE-*")
+FILES = ("inputs/*", "validation/*.py", "validation/scenes/*", "validation/bundle/*", "LICENSE-*")
 LEFT_OUT = re.compile(r"/(test_\w+|conftest|trajectories)\.py$|/make\.py$|/run\.sh$")
 
 #: Suites that do nothing on a GPU and stay behind: the reading of scripts, allocations of the CPU engine, kernels compiled for

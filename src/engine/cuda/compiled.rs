@@ -14,7 +14,8 @@ pub struct Compiled {
     pub shape: Shape,
     _modules: Vec<Module>,
     pub advance: Launch,
-    pub rebuild: Launch,
+    pub sort: Launch,
+    pub list: Launch,
     pub conclude: Launch,
     pub kinetic: Launch,
     /// Intermediate code.
@@ -30,13 +31,13 @@ pub struct Launch {
 impl Compiled {
     /// Blocks of the largest launch.
     pub fn blocks(&self) -> u32 {
-        let all = [&self.advance, &self.rebuild, &self.conclude, &self.kinetic];
+        let all = [&self.advance, &self.sort, &self.list, &self.conclude, &self.kinetic];
         all.map(|launch| launch.blocks).into_iter().max().unwrap_or(1)
     }
 
     /// No launch has more blocks from here on.
     pub fn limit(&mut self, blocks: u32) {
-        let all = [&mut self.advance, &mut self.rebuild, &mut self.conclude, &mut self.kinetic];
+        let all = [&mut self.advance, &mut self.sort, &mut self.list, &mut self.conclude, &mut self.kinetic];
         all.into_iter().for_each(|launch| launch.blocks = launch.blocks.min(blocks));
     }
 }
@@ -65,7 +66,8 @@ pub fn compile(compiler: &Compiler, program: &Program, shape: &Shape, n: usize) 
     let lanes = u64::from(shape.lanes);
     Ok(Compiled {
         advance: find("advance", lanes)?,
-        rebuild: find("rebuild", 32)?,
+        sort: find("sort", 1)?,
+        list: find("list", 32)?,
         conclude: find("conclude", lanes)?,
         kinetic: find("kinetic", 1)?,
         shape: shape.clone(),

@@ -319,10 +319,11 @@ impl Engine {
         control.write(0, &[self.control])?;
         let (table, scene) = (self.memory.table.as_ptr(), &self.plan.scene as *const Scene);
         let parameters = [table.cast::<c_void>(), scene.cast(), (order as *const Order).cast()];
-        let Compiled { advance, rebuild, conclude, .. } = &self.compiled;
+        let Compiled { advance, sort, list, conclude, .. } = &self.compiled;
         for _ in 0..self.expected_builds() {
             advance.go(&parameters)?;
-            rebuild.go(&parameters)?;
+            sort.go(&parameters)?;
+            list.go(&parameters)?;
         }
         advance.go(&parameters)?;
         if order.sums != 0 || order.finish != 0 {

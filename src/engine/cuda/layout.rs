@@ -142,6 +142,7 @@ layout! {
         pub lengths: [f64; 3],
         /// LAMMPS's bins for ties.
         pub bins: [f64; 3],
+        pub inverse_bin: [f64; 3],
         pub grid_lo: [f64; 3],
         pub inverse_edge: [f64; 3],
         pub last_cell: [f64; 3],

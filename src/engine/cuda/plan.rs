@@ -147,6 +147,7 @@ impl Plan {
             hi: simulation_box.hi.into(),
             lengths: lengths.into(),
             bins: ties.sides.bins,
+            inverse_bin: ties.sides.inverse_bin,
             grid_lo: grid.axes.map(|a| a.lo),
             inverse_edge: grid.axes.map(|a| a.inverse_edge),
             last_cell: grid.axes.map(|a| (a.cells - 1) as f64),

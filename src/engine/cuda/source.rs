@@ -19,10 +19,12 @@ type Stage = (&'static str, &'static str);
 
 const GRID: Stage = ("kernels/grid.cuh", include_str!("../../../kernels/grid.cuh"));
 const MOTION: Stage = ("kernels/motion.cuh", include_str!("../../../kernels/motion.cuh"));
+const CELLS: Stage = ("kernels/cells.cuh", include_str!("../../../kernels/cells.cuh"));
 const SORT: Stage = ("kernels/sort.cuh", include_str!("../../../kernels/sort.cuh"));
 const SEARCH: Stage = ("kernels/search.cuh", include_str!("../../../kernels/search.cuh"));
 const FORCE: Stage = ("kernels/force.cuh", include_str!("../../../kernels/force.cuh"));
-const REBUILD: Stage = ("kernels/rebuild.cu", include_str!("../../../kernels/rebuild.cu"));
+const SORT_KERNEL: Stage = ("kernels/sort.cu", include_str!("../../../kernels/sort.cu"));
+const LIST_KERNEL: Stage = ("kernels/list.cu", include_str!("../../../kernels/list.cu"));
 const ADVANCE: Stage = ("kernels/advance.cu", include_str!("../../../kernels/advance.cu"));
 const CONCLUDE: Stage = ("kernels/conclude.cu", include_str!("../../../kernels/conclude.cu"));
 
@@ -77,7 +79,8 @@ pub fn units(program: &Program, shape: &Shape) -> Vec<Unit> {
         Unit { kernels, text: format!("{common}{stages}") }
     };
     vec![
-        unit(&["rebuild"], &[SORT, SEARCH, REBUILD]),
+        unit(&["sort"], &[CELLS, SORT, SORT_KERNEL]),
+        unit(&["list"], &[CELLS, SEARCH, LIST_KERNEL]),
         unit(&["conclude", "kinetic"], &[FORCE, CONCLUDE]),
         unit(&["advance"], &[FORCE, ADVANCE]),
     ]
@@ -240,6 +243,7 @@ fn rules(shape: &Shape) -> String {
         hi: three(tape, "s.hi"),
         lengths: three(tape, "s.lengths"),
         bins: three(tape, "s.bins"),
+        inverse_bin: three(tape, "s.inverse_bin"),
     };
     let most = shape.most_images;
     let pair = "const double i[3], const double j[3], const double image[3], const Scene& s";
