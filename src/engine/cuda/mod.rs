@@ -11,6 +11,7 @@ mod device;
 mod engine;
 mod explain;
 pub mod inspect;
+mod launches;
 mod layout;
 mod memory;
 mod nvrtc;
