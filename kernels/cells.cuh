@@ -2,20 +2,20 @@
 
 // Cell, octant and part of the octant of a wrapped position; returns whether the grid reaches there.
 __device__ __forceinline__ bool key_of(const Scene& s, const Point& p, u32 cell[3], u32* octant, u32* part) {
-    double e[3], number[2];
+    u32 bits = 0;
     bool inside = true;
     for (u32 axis = 0; axis < 3; axis++) {
-        double c;
-        locate(p.x[axis], s.grid_lo[axis], s.inverse_edge[axis], s.last_cell[axis], &c, &e[axis]);
+        double c, eighth;
+        locate(p.x[axis], s.grid_lo[axis], s.inverse_edge[axis], s.last_cell[axis], &c, &eighth);
         cell[axis] = (u32)c;
+        bits |= SPREAD[(u32)eighth] << axis;
         // Beyond the last cell of a free axis a particle belongs to it, but fixed-point coordinates reach one cell further only.
         const double place = (p.x[axis] - s.grid_lo[axis]) * s.inverse_edge[axis];
         inside &= place >= -1.0 && place <= s.last_cell[axis] + 2.0;
     }
-    octant_and_part(e, &number[0], &number[1]);
-    *octant = (u32)number[0];
+    *octant = bits >> PART_BITS;
 #ifdef COMPACT
-    *part = (u32)number[1];
+    *part = bits & ((1u << PART_BITS) - 1);
 #else
     *part = 0;
 #endif

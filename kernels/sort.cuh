@@ -15,6 +15,28 @@ __device__ __forceinline__ bool wrap(const Scene& s, Point& p, int image[3]) {
     return inside;
 }
 
+#ifdef SHRINKS
+// Smallest coordinate along each axis, then largest with the other sign; one set a block.
+__device__ void find_bounds(const Arrays& a, const Scene& s, const Run& r) {
+    __shared__ double scratch[32];
+    for (u32 side = 0; side < 6; side++) {
+        double least = 1e300;
+        for (u32 k = THREAD; k < r.n; k += THREADS) {
+            const double x = position_of(a, s, r, k).x[side % 3];
+            least = fmin(least, side < 3 ? x : -x);
+        }
+        for (u32 d = 16; d > 0; d >>= 1) least = fmin(least, __shfl_xor_sync(~0u, least, d));
+        if ((threadIdx.x & 31) == 0) scratch[threadIdx.x >> 5] = least;
+        __syncthreads();
+        if (threadIdx.x == 0) {
+            for (u32 w = 0; w < blockDim.x >> 5; w++) least = fmin(least, scratch[w]);
+            a.block_sums[blockIdx.x * 7 + side] = least;
+        }
+        __syncthreads();
+    }
+}
+#endif
+
 // Counts into first places: `counts` are set to zero on the way, `starts` gets one entry more. All blocks take part.
 __device__ void scan_counts(const Arrays& a, Run& r, u32* counts, u32* starts, u32 buckets) {
     __shared__ u32 scratch[32];

@@ -81,18 +81,13 @@ fn engines_and_threads_give_the_same_table() {
     let folder = Folder::new("same");
     folder.write("a.in", &melt(RUN));
     for (precision, tolerance) in [("double", 1e-6), ("mixed", 1e-5), ("single", 1e-4)] {
-        let expected = rows(&folder.says(&format!("run a.in --threads 1 --precision {precision}")));
+        let expected = rows(&folder.says(&format!("run a.in --backend cpu --threads 1 --precision {precision}")));
         assert_eq!(expected.iter().map(|r| r[0]).collect::<Vec<_>>(), [0.0, 10.0, 20.0, 20.0, 30.0, 40.0]);
         let dump = folder.read("melt.dump");
-        for options in [
-            "--backend auto",
-            "--backend cpu --threads 3",
-            "--search octant",
-            "--search standard",
-            "--search brute",
-            "--search trimmed",
-        ] {
-            let said = folder.says(&format!("run a.in {options} --precision {precision}"));
+        for options in
+            ["--threads 1", "--threads 3", "--search octant", "--search standard", "--search brute", "--search trimmed"]
+        {
+            let said = folder.says(&format!("run a.in --backend cpu {options} --precision {precision}"));
             let same_order = !options.contains("--search") || options.contains("trimmed");
             if same_order {
                 assert_eq!(rows(&said), expected, "{options} {precision}");
@@ -115,7 +110,7 @@ fn engines_and_threads_give_the_same_table() {
 fn the_report_says_what_the_log_says() {
     let folder = Folder::new("json");
     folder.write("a.in", &melt(RUN));
-    let said = folder.says("run a.in --json report.json --log my.log --threads 2 --search octant");
+    let said = folder.says("run a.in --backend cpu --json report.json --log my.log --threads 2 --search octant");
     assert!(folder.has("my.log") && !folder.has("log.octant"));
     let report: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
     let keys: Vec<&String> = report.as_object().unwrap().keys().collect();
@@ -192,8 +187,8 @@ fn quiet_runs_say_nothing_and_write_everything() {
 fn explain_names_what_is_left_out() {
     let folder = Folder::new("explain");
     folder.write("a.in", &melt("run 0"));
-    let plain = folder.says("run a.in");
-    let explained = folder.says("run a.in --explain");
+    let plain = folder.says("run a.in --backend cpu");
+    let explained = folder.says("run a.in --backend cpu --explain");
     let more: Vec<&str> = explained.lines().filter(|l| !plain.contains(l)).collect();
     assert!(more.iter().any(|l| l.contains("lj/cut")), "{more:?}");
     for said in
@@ -206,7 +201,7 @@ fn explain_names_what_is_left_out() {
     let free = free.replace("mass 1 1.0", "mass 1 1.0\nmass 2 2.0").replace("pair_coeff 1 1", "pair_coeff * *");
     let free = free.replace("fix 1 all nve", "group some id 1:9\nfix 1 some nve");
     folder.write("b.in", &(free + "run 0\n"));
-    let explained = folder.says("run b.in --explain");
+    let explained = folder.says("run b.in --backend cpu --explain");
     assert!(explained.contains("2 types: constants are picked within registers"), "{explained}");
     assert!(explained.contains("Periodic shifts: none in"), "{explained}");
     assert!(!explained.contains("look-up of groups") && !explained.contains("look-up of masses"), "{explained}");

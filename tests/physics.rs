@@ -11,7 +11,7 @@ use octant::engine::{Backend, FaultKind, Needs, Precision, Program, Sums};
 use octant::neighbor::Search;
 use octant::pair::{PairStyle, StyleVisitor, styles, with_style};
 use octant::real::{Dual, Real};
-use octant::system::{LostAtoms, SimulationBox, State, Vec3};
+use octant::system::{LostAtoms, Side, SimulationBox, State, Vec3};
 
 const ALL: Needs = Needs { energy: true, virial: true, positions: true, forces: true };
 
@@ -340,6 +340,32 @@ fn atoms_that_leave_are_lost_where_lammps_loses_them() {
         let good = fault.last_good.unwrap();
         assert!(good.step < fault.step && good.state.x[4].x < 10.0);
         assert_eq!(good.state.id, vec![1, 2, 3, 4, 5]);
+    }
+}
+
+#[test]
+fn shrink_wrapped_sides_follow_particles_at_builds() {
+    let (state, periodic) = melt(4);
+    let sides = [[Side::Shrink; 2], [Side::Periodic; 2], [Side::Fixed, Side::Shrink]];
+    let mut space = SimulationBox::new(periodic.lo, periodic.hi, sides);
+    space.shrink_wrap(&state.x);
+    for variant in variants() {
+        let mut program = program(&[2.5], 0.3, Search::Trimmed);
+        (program.policy.every, program.policy.check, program.lost) = (10, false, LostAtoms::Ignore);
+        let mut backend = started(&variant, 2, program, &state, &space);
+        let mut before = space.clone();
+        for _ in 0..5 {
+            let (now, _) = advanced(&mut *backend, 10);
+            let found = backend.simulation_box().clone();
+            let mut expected = found.clone();
+            expected.shrink_wrap(&now.x);
+            // This step's build has just looked at these positions.
+            let rounding = if variant.precision == Precision::Single { 1e-6 } else { 0.0 };
+            assert_relative_eq!(found.lo, expected.lo, epsilon = rounding, max_relative = 0.0);
+            assert_relative_eq!(found.hi, expected.hi, epsilon = rounding, max_relative = 0.0);
+            assert_ne!(found.hi, before.hi, "{}: particles move", variant.name);
+            before = found;
+        }
     }
 }
 

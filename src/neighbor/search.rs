@@ -8,7 +8,6 @@ use std::ops::{Add, Mul};
 
 use super::axis::{Axis, AxisRequest, Visit};
 use super::cells::{Cells, OCTANTS};
-use crate::real::Whole;
 use crate::system::{SimulationBox, Vec3};
 
 /// Which search builds the lists. All give the same pairs.
@@ -98,9 +97,11 @@ impl Grid {
     #[inline]
     pub fn key(&self, x: &Vec3) -> Key {
         let places: [(f64, f64); 3] = std::array::from_fn(|a| self.axes[a].locate(x[a]));
-        let (octant, part) = octant_and_part(places.map(|(_, eighth)| eighth));
-        let part = if self.compact { part as u8 } else { 0 };
-        Key { octant: self.hash(places.map(|(cell, _)| cell as i64)) * OCTANTS as u64 + octant as u64, part }
+        let [x, y, z] = places.map(|(_, eighth)| SPREAD[eighth as usize & 7]);
+        let bits = x | y << 1 | z << 2;
+        let part = if self.compact { (bits & ((1 << PART_BITS) - 1)) as u8 } else { 0 };
+        let cell = places.map(|(cell, _)| cell as i64);
+        Key { octant: self.hash(cell) * OCTANTS as u64 + u64::from(bits >> PART_BITS), part }
     }
 
     /// Equation 1 of Morillo et al.: `z ny nx + y nx + x`.
@@ -136,19 +137,21 @@ pub fn row_major<T: Copy + Add<Output = T> + Mul<Output = T>>(cell: [T; 3], cell
     (cell[2] * cells[1] + cell[1]) * cells[0] + cell[0]
 }
 
-/// From the eighths of its cell that a particle is in along each axis: its octant, and the part of the octant along a Z-order
-/// curve of 4 x 4 x 4.
-#[inline(always)]
-pub fn octant_and_part<R: Whole>(eighths: [R; 3]) -> (R, R) {
-    let [half, two] = [0.5, 2.0].map(R::constant);
-    // Bits 2, 1 and 0 of the eighths, each interleaved.
-    let level = |bits: [R; 3]| (bits[2] * two + bits[1]) * two + bits[0];
-    let quarters = eighths.map(|e| (e * half).trunc());
-    let halves = quarters.map(|q| (q * half).trunc());
-    let low = std::array::from_fn(|a| eighths[a] - quarters[a] * two);
-    let middle = std::array::from_fn(|a| quarters[a] - halves[a] * two);
-    (level(halves), level(middle) * R::constant(8.0) + level(low))
-}
+/// Bits of an eighth of a cell, three places apart: interleaved with those of the other axes, X lowest, they are the part of an
+/// octant along a Z-order curve of 4 x 4 x 4 and, from bit [`PART_BITS`] on, the octant.
+pub const SPREAD: [u32; 8] = {
+    let mut spread = [0; 8];
+    let mut eighth = 0;
+    while eighth < 8 {
+        let e = eighth as u32;
+        spread[eighth] = e & 1 | (e & 2) << 2 | (e & 4) << 4;
+        eighth += 1;
+    }
+    spread
+};
+
+/// See [`SPREAD`].
+pub const PART_BITS: u32 = 6;
 
 /// "12 x 12 x 12 cells of edge 5.6".
 impl fmt::Display for Grid {

@@ -61,7 +61,7 @@ pub trait Real:
 
 /// Numbers that can be cut to whole ones: what decides in which cell a particle is.
 pub trait Whole: Real {
-    /// The whole part, towards zero.
+    /// The whole part, towards zero, of numbers below 2^63; others come out at least as large.
     fn trunc(self) -> Self;
 
     /// The smaller of two numbers.
@@ -79,7 +79,8 @@ pub trait Whole: Real {
 impl Whole for f64 {
     #[inline(always)]
     fn trunc(self) -> Self {
-        f64::trunc(self)
+        // On the oldest processors `f64::trunc` is a call.
+        self as i64 as f64
     }
 }
 

@@ -109,7 +109,12 @@ impl SimulationBox {
 
     /// The same by at most one image along each axis, as LAMMPS does at list builds; what is further out stays outside.
     pub fn wrap_once(&self, x: &mut Vec3, image: &mut [i32; 3]) {
-        for axis in (0..3).filter(|axis| self.periodic(*axis)) {
+        // Most coordinates are inside already.
+        let is_outside = |axis: usize, x: &Vec3| !(self.lo[axis] <= x[axis] && x[axis] < self.hi[axis]);
+        for axis in 0..3 {
+            if !is_outside(axis, x) || !self.periodic(axis) {
+                continue;
+            }
             let (wrapped, images) = wrap_once(x[axis], self.lo[axis], self.hi[axis]);
             x[axis] = wrapped;
             image[axis] = image[axis].saturating_add(images as i32);

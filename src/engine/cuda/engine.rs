@@ -19,7 +19,7 @@ use crate::engine::particles::Particles;
 use crate::engine::program::Program;
 use crate::engine::trouble::Scene as Situation;
 use crate::neighbor::{Policy, estimate};
-use crate::system::{LostAtoms, SimulationBox, State};
+use crate::system::{LostAtoms, SimulationBox, State, Vec3};
 
 /// Room in rows beyond the mean of an even spread.
 const ROOM: f64 = 1.4;
@@ -81,7 +81,15 @@ impl Engine {
         let particles = Particles::load(state);
         let mut simulation_box = simulation_box.clone();
         shrink(&mut simulation_box, &particles);
-        let plan = plan_of(&program, &simulation_box, &particles, precision, false, tuning);
+        let plan = Plan::new(&Given {
+            program: &program,
+            simulation_box: &simulation_box,
+            bounds: particles.bounds(),
+            n: particles.len(),
+            precision,
+            double_pairs: false,
+            tuning,
+        });
         let compiled = compile(&compiler, &program, &plan.shape, particles.len())?;
         let sources = Sources { id: particles.id.clone(), kind: particles.kind.clone(), mask: particles.mask.clone() };
         let mut engine = Self {
@@ -188,33 +196,55 @@ impl Engine {
             wrapped.store(&mut state);
             particles = Particles::load(&state);
         }
-        let plan = plan_of(
-            &self.program,
-            &self.simulation_box,
-            &particles,
-            self.precision,
-            self.plan.shape.double_pairs,
-            self.tuning,
-        );
-        let n = particles.len();
-        let (capacity, fits) = (self.plan.scene.capacity, n as u64 <= self.sizes.pitch);
-        let fits =
-            fits && plan.most_buckets <= self.sizes.buckets && plan.visits.len() as u64 <= self.sizes.values.visits;
-        let same = plan.shape == self.compiled.shape;
-        self.plan = plan;
-        if !same {
-            self.compiled = compile(&self.compiler, &self.program, &self.plan.shape, n)?;
-        }
-        if same && fits {
-            self.set_capacity(capacity);
-            self.write_constants()?;
-        } else {
+        let plan = self.plan_for(particles.bounds(), particles.len());
+        if !self.take_over(plan)? {
+            let (shape, n) = (&self.plan.shape, particles.len());
+            if *shape != self.compiled.shape {
+                self.compiled = compile(&self.compiler, &self.program, shape, n)?;
+            }
             self.allocate(&particles, &state)?;
         }
         self.sources = Sources { id: particles.id.clone(), kind: particles.kind.clone(), mask: particles.mask.clone() };
         self.write_particles(&particles)?;
-        self.control.begin = BEGIN_BUILD;
+        (self.control.begin, self.control.bounded) = (BEGIN_BUILD, 1);
         self.go(order)
+    }
+
+    /// A plan for particles within bounds, in the box as it is.
+    fn plan_for(&self, bounds: (Vec3, Vec3), n: usize) -> Plan {
+        let Self { program, simulation_box, precision, tuning, .. } = self;
+        let double_pairs = self.plan.shape.double_pairs;
+        let (precision, tuning) = (*precision, *tuning);
+        Plan::new(&Given { program, simulation_box, bounds, n, precision, double_pairs, tuning })
+    }
+
+    /// Goes over to a plan; false where its kernels or arrays have to be made first.
+    fn take_over(&mut self, plan: Plan) -> Result<bool, String> {
+        let (capacity, n) = (self.plan.scene.capacity, plan.n as u64);
+        let fits = n <= self.sizes.pitch
+            && plan.most_buckets <= self.sizes.buckets
+            && plan.visits.len() as u64 <= self.sizes.values.visits;
+        self.plan = plan;
+        if self.plan.shape != self.compiled.shape || !fits {
+            return Ok(false);
+        }
+        self.set_capacity(capacity);
+        self.write_constants()?;
+        Ok(true)
+    }
+
+    /// Moves shrink-wrapped sides to where the particles are, which the device has looked up. False where the build then had to
+    /// begin on the host, from which all that was ordered has been done.
+    pub(super) fn follow_bounds(&mut self, order: Order) -> Result<bool, Stop> {
+        let (low, high) = self.block_bounds()?;
+        self.simulation_box.shrink_wrap(&[low, high]);
+        let plan = self.plan_for((low, high), self.control.n as usize);
+        if self.take_over(plan)? {
+            self.control.bounded = 1;
+            return Ok(true);
+        }
+        let particles = self.read_particles(true)?;
+        self.build_from(particles, order).map(|()| false)
     }
 
     /// Goes over to pair arithmetic in double precision, with the list as it is: particles have moved further since the build
@@ -326,16 +356,4 @@ fn shrink(simulation_box: &mut SimulationBox, particles: &Particles) {
         let (low, high) = particles.bounds();
         simulation_box.shrink_wrap(&[low, high]);
     }
-}
-
-fn plan_of(
-    program: &Program,
-    simulation_box: &SimulationBox,
-    particles: &Particles,
-    precision: Precision,
-    double_pairs: bool,
-    tuning: Tuning,
-) -> Plan {
-    let (bounds, n) = (particles.bounds(), particles.len());
-    Plan::new(&Given { program, simulation_box, bounds, n, precision, double_pairs, tuning })
 }

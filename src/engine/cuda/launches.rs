@@ -56,6 +56,13 @@ impl Engine {
             if trouble == 0 {
                 continue;
             }
+            if trouble & TROUBLE_BOUNDS != 0 {
+                // A part of every build.
+                if self.follow_bounds(order)? {
+                    continue;
+                }
+                return Ok(());
+            }
             self.redone += 1;
             if trouble & TROUBLE_CAPACITY != 0 {
                 let wanted = (f64::from(self.control.wanted) * GROWTH) as u32 + 8;

@@ -79,6 +79,7 @@ numbers! {
     TROUBLE_FORCE = 8;
     TROUBLE_CAPACITY = 16;
     TROUBLE_RANGE = 32;
+    TROUBLE_BOUNDS = 64;
     /// Stages of a step, for their times.
     STAGE_OTHER = 0;
     STAGE_MODIFY = 1;
@@ -120,6 +121,8 @@ layout! {
         /// Which of the two sides of what is held belongs to the last build.
         pub parity: u32,
         pub half_done: u32,
+        /// Shrink-wrapped sides stand where the particles are now.
+        pub bounded: u32,
         pub begin: u32,
         pub trouble: u32,
         pub sort_trouble: u32,

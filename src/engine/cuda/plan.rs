@@ -24,6 +24,8 @@ pub struct Tuning {
 
 /// What kernels are given.
 pub struct Plan {
+    /// Particles.
+    pub n: usize,
     pub shape: Shape,
     pub scene: Scene,
     /// Runs of octants to look into by octant: the cell relative to the own one, first octant and their number times 8.
@@ -176,6 +178,7 @@ impl Plan {
             no_image,
         };
         Self {
+            n,
             limits: cutoffs.iter().map(limit).collect(),
             fixed_shifts: images.iter().map(fixed).collect(),
             shifts: images.iter().map(exact).collect(),

@@ -6,7 +6,7 @@ use super::shape::Shape;
 use crate::dynamics::{Fix, FixStyle, FixVisitor, Motion, Step, with_fix};
 use crate::engine::Program;
 use crate::neighbor::axis::locate;
-use crate::neighbor::search::{octant_and_part, row_major};
+use crate::neighbor::search::{PART_BITS, SPREAD, row_major};
 use crate::neighbor::ties::{TieBox, hold, is_tied, tied_squared_distance};
 use crate::pair::truncation::{Cut, Shifted, Truncation};
 use crate::pair::{PairStyle, PairTable, StyleVisitor, with_style};
@@ -115,6 +115,7 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("PERIODIC", shape.periodic as usize),
         ("INDEX_BITS", shape.index_bits as usize),
         ("LANES", shape.lanes as usize),
+        ("PART_BITS", PART_BITS as usize),
         ("GROUP", shape.group as usize),
         ("SLICES", shape.slices as usize),
         ("BLOCKS_AT_LEAST", shape.blocks_at_least as usize),
@@ -221,10 +222,7 @@ fn rules(shape: &Shape) -> String {
     let (cell, eighth) = locate(tape.input("x"), tape.input("lo"), tape.input("inverse_edge"), tape.input("last"));
     let arguments = "double x, double lo, double inverse_edge, double last, double* cell, double* eighth";
     let mut text = rule("void locate", arguments, &tape, &[("*cell", cell), ("*eighth", eighth)]);
-    let tape = Recording::start();
-    let (octant, part) = octant_and_part(three(&tape, "eighths"));
-    let arguments = "const double eighths[3], double* octant, double* part";
-    text += &rule("void octant_and_part", arguments, &tape, &[("*octant", octant), ("*part", part)]);
+    text += &format!("__constant__ const u32 SPREAD[8] = {{{}}};\n", SPREAD.map(|bits| bits.to_string()).join(", "));
     let tape = Recording::start();
     let number = row_major(three(&tape, "cell"), three(&tape, "cells"));
     text += &rule(

@@ -171,6 +171,14 @@ impl Engine {
         Ok(pairs)
     }
 
+    /// Bounds of all positions, low and high, as the blocks of the sort left them; zeros where there are no particles.
+    pub(super) fn block_bounds(&self) -> Result<(Vec3, Vec3), String> {
+        let all: Vec<f64> = self.memory.get("block_sums").read(0, 7 * self.compiled.sort.blocks as usize)?;
+        let least = |side: usize| all.chunks_exact(7).map(|block| block[side]).fold(f64::INFINITY, f64::min);
+        let bounds = (Vec3::from_fn(|a, _| least(a)), Vec3::from_fn(|a, _| -least(a + 3)));
+        Ok(if self.control.n == 0 { Default::default() } else { bounds })
+    }
+
     /// Sums over the blocks, in their order.
     pub(super) fn block_sums(&self, blocks: u32) -> Result<[f64; 7], String> {
         let all: Vec<f64> = self.memory.get("block_sums").read(0, 7 * blocks as usize)?;
