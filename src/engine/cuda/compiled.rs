@@ -31,8 +31,13 @@ pub struct Launch {
 impl Compiled {
     /// Blocks of the largest launch.
     pub fn blocks(&self) -> u32 {
-        let all = [&self.advance, &self.sort, &self.list, &self.conclude, &self.kinetic];
-        all.map(|launch| launch.blocks).into_iter().max().unwrap_or(1)
+        self.launches().map(|(_, launch)| launch.blocks).into_iter().max().unwrap_or(1)
+    }
+
+    /// All launches by the names of their kernels.
+    pub fn launches(&self) -> [(&'static str, &Launch); 5] {
+        let Self { advance, sort, list, conclude, kinetic, .. } = self;
+        [("advance", advance), ("sort", sort), ("list", list), ("conclude", conclude), ("kinetic", kinetic)]
     }
 
     /// No launch has more blocks from here on.

@@ -1,6 +1,7 @@
 //! `--explain`: what the kernels of a run hold, and what was left out of them.
 
 use super::arrays::{Count, arrays};
+use super::compiled::Launch;
 use super::engine::Engine;
 use super::layout::CHUNK;
 use super::ptx::{StepContent, step_content};
@@ -14,14 +15,14 @@ pub fn explain(engine: &Engine) -> Vec<String> {
         n => format!("{n} threads a particle"),
     };
     let pairs = if shape.double_pairs { "f64" } else { "f32 on fixed-point coordinates" };
-    let kernel = &compiled.advance.kernel;
-    let mut lines = vec![
-        format!("Pair loop: {lanes}, {CHUNK} entries at a time; arithmetic in {pairs}"),
-        format!(
-            "Kernel: {} registers, {} bytes of shared memory, {} bytes of local memory a thread; {} blocks, {} on a multiprocessor",
-            kernel.registers, kernel.shared_bytes, kernel.local_bytes, compiled.advance.blocks, kernel.resident
-        ),
-    ];
+    let mut lines = vec![format!("Pair loop: {lanes}, {CHUNK} entries at a time; arithmetic in {pairs}")];
+    for (name, Launch { kernel, blocks }) in compiled.launches() {
+        lines.push(format!(
+            "Kernel {name}: {} registers and {} bytes of local memory a thread, {} bytes of shared memory a block; {blocks} \
+             blocks, {} on a multiprocessor",
+            kernel.registers, kernel.local_bytes, kernel.shared_bytes, kernel.resident
+        ));
+    }
     let mut out = Vec::new();
     for (left_out, what) in [
         (shape.types == 1, "look-up of coefficients by type (one type)"),
