@@ -68,7 +68,7 @@ __device__ __forceinline__ bool test_candidates(const Arrays& a, const Scene& s,
     self |= (Entry)s.no_image << INDEX_BITS;
 #endif
     // Chunks of a row stand a pitch apart.
-    const u32 pitch = (u32)s.pitch * (u32)sizeof(Chunk);
+    const Stride pitch = (Stride)s.pitch * (Stride)sizeof(Chunk);
     char* rows = (char*)(a.list + first_i);
     bool doubt = false;
     u32 mine = 0;

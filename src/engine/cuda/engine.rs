@@ -7,7 +7,7 @@ use std::time::Instant;
 use super::compiled::{Compiled, compile};
 use super::compiler::Compiler;
 use super::layout::*;
-use super::memory::{Memory, Sizes, Values};
+use super::memory::{self, Memory, Sizes, Values};
 use super::plan::{Given, Plan, Tuning};
 use super::shape::Shape;
 use super::transfer::write_reals_at;
@@ -137,7 +137,7 @@ impl Engine {
             codes: plan.images.len() as u64,
         };
         self.sizes = Sizes {
-            pitch: (n as u64).next_multiple_of(32).max(32),
+            pitch: memory::pitch(n),
             buckets: plan.most_buckets,
             blocks: self.compiled.blocks().into(),
             list: 0,

@@ -18,6 +18,11 @@ pub struct Sizes {
     pub values: Values,
 }
 
+/// Entries of a column for so many particles.
+pub fn pitch(n: usize) -> u64 {
+    (n as u64).next_multiple_of(32).max(32)
+}
+
 /// Lengths of the arrays of constants.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Values {

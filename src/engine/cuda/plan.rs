@@ -1,6 +1,7 @@
 //! From a program and where its particles are to what kernels are given: shape, constants, tables.
 
-use super::layout::{Limit, Scene};
+use super::layout::{CHUNK, Limit, Scene};
+use super::memory;
 use super::shape::{Shape, blocks_for, groups_for, lanes_for};
 use super::source::pair_numbers;
 use crate::engine::{Precision, Program, particles};
@@ -100,6 +101,8 @@ impl Plan {
                 shape.index_bits = 32;
             }
         }
+
+        shape.long_pitch = memory::pitch(n) * u64::from(CHUNK) * shape.entry() as u64 > u32::MAX.into();
 
         let (table, folded) = fold(&grid, n);
         shape.folded = folded;

@@ -49,6 +49,8 @@ pub struct Shape {
     pub most_images: [u32; 3],
     pub index_bits: u32,
     pub wide_entries: bool,
+    /// A pitch of the list has more bytes than 32 bits count.
+    pub long_pitch: bool,
     /// Fixed-point units differ between axes.
     pub scaled: bool,
     /// Cells far apart share a place in the table.
@@ -85,6 +87,7 @@ impl Shape {
             most_images: [0; 3],
             index_bits: 32,
             wide_entries: false,
+            long_pitch: false,
             scaled: false,
             folded: false,
             compact: program.search == Search::Trimmed,

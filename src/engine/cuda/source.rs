@@ -92,6 +92,7 @@ fn common(program: &Program, shape: &Shape) -> String {
     text += &numbers_text();
     text += &format!("typedef {} store;\ntypedef {} real;\n", shape.store().0, shape.real().0);
     text += if shape.wide_entries { "typedef unsigned long long Entry;\n" } else { "typedef unsigned int Entry;\n" };
+    text += if shape.long_pitch { "typedef unsigned long long Stride;\n" } else { "typedef unsigned int Stride;\n" };
     text += "typedef unsigned int u32;\ntypedef unsigned long long u64;\ntypedef long long i64;\n";
     text += "struct __align__(16) Chunk { Entry entry[CHUNK]; };\n";
     if shape.double_pairs {
