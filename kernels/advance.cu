@@ -15,12 +15,12 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) advance(con
             left--;
             r.step++;
             r.ago++;
-            if (THREAD == 0) c->moved[(r.step + 1) % 3] = 0;
+            if (THREAD == 0) c->moved[(r.step + 1) % MARKS] = 0;
             move_particles<true>(a, s, r);
             r.half_done = 1;
             sync_grid(a, r);
             book(a, r, STAGE_MODIFY);
-            const u32 moved = read_flag(&c->moved[r.step % 3]);
+            const u32 moved = read_flag(&c->moved[r.step % MARKS]);
             begin = BEGIN_FORCE;
 #ifdef REBUILDS
             if (r.ago >= s.delay && r.ago % s.every == 0) {

@@ -5,12 +5,11 @@ __device__ __forceinline__ bool key_of(const Scene& s, const Point& p, u32 cell[
     u32 bits = 0;
     bool inside = true;
     for (u32 axis = 0; axis < 3; axis++) {
-        double c, eighth;
-        locate(p.x[axis], s.grid_lo[axis], s.inverse_edge[axis], s.last_cell[axis], &c, &eighth);
+        double place, c, eighth;
+        locate(p.x[axis], s.grid_lo[axis], s.inverse_edge[axis], s.last_cell[axis], &place, &c, &eighth);
         cell[axis] = (u32)c;
         bits |= SPREAD[(u32)eighth] << axis;
         // Beyond the last cell of a free axis a particle belongs to it, but fixed-point coordinates reach one cell further only.
-        const double place = (p.x[axis] - s.grid_lo[axis]) * s.inverse_edge[axis];
         inside &= place >= -1.0 && place <= s.last_cell[axis] + 2.0;
     }
     *octant = bits >> PART_BITS;
@@ -40,5 +39,5 @@ __device__ __forceinline__ u32 table_of(const Scene& s, u32 x, u32 y, u32 z) {
 }
 
 __device__ __forceinline__ u64 cell_number(const u32 cell[3]) {
-    return (u64)cell[2] << 40 | (u64)cell[1] << 20 | cell[0];
+    return (u64)cell[2] << 2 * CELL_BITS | (u64)cell[1] << CELL_BITS | cell[0];
 }

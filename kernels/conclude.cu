@@ -37,6 +37,6 @@ extern "C" __global__ void __launch_bounds__(BLOCK) kinetic(const __grid_constan
     }
     for (u32 k = 0; k < 6; k++) {
         const double total = sum_block(totals[k], scratch);
-        if (threadIdx.x == 0) a.block_sums[blockIdx.x * 7 + k] = total;
+        if (threadIdx.x == 0) a.block_sums[blockIdx.x * TOTALS + k] = total;
     }
 }

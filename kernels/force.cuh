@@ -8,7 +8,7 @@ typedef Slot Near;
 
 // Adds one pair to the sums of a row.
 template <bool SUMS>
-__device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const Near& own, Near q, u32 code, bool there, real unit_squared, const real* one, real f[3], real sums[7]) {
+__device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const Near& own, Near q, u32 code, bool there, real unit_squared, const real* one, real f[3], real sums[TOTALS]) {
     real d[3];
 #ifdef FIXED
 #ifdef IMAGES
@@ -72,12 +72,12 @@ template <bool SUMS> __device__ void pair_forces(const Arrays& a, const Scene& s
     real one[NUMBERS];
     for (u32 k = 0; k < NUMBERS; k++) one[k] = TYPES > 1 ? (real)0 : a.coefficients[k];
     const real unit_squared = pinned((real)s.unit_squared), force_unit = pinned((real)s.force_unit);
-    double totals[7] = {0, 0, 0, 0, 0, 0, 0};
+    double totals[TOTALS] = {0};
     bool broken = false;
     for (u32 i = THREAD / LANES; i < r.n; i += THREADS / LANES) {
         const Near own = a.slots[i];
         const u32 count = a.neighbors[i];
-        real f[3] = {0, 0, 0}, sums[7] = {0, 0, 0, 0, 0, 0, 0};
+        real f[3] = {0, 0, 0}, sums[TOTALS] = {0};
         const Chunk* row = a.list + lane * s.pitch + i;
         asm volatile("// pair loop");
         for (u32 first = lane * CHUNK; first < count; first += LANES * CHUNK, row += s.pitch * LANES) {
@@ -112,15 +112,15 @@ template <bool SUMS> __device__ void pair_forces(const Arrays& a, const Scene& s
             }
         }
         if (SUMS) {
-            for (u32 k = 0; k < 7; k++) totals[k] += (double)sums[k];
+            for (u32 k = 0; k < TOTALS; k++) totals[k] += (double)sums[k];
         }
     }
     if (broken) atomicOr(&a.control->force_trouble, TROUBLE_FORCE);
     if (SUMS) {
         __shared__ double scratch[32];
-        for (u32 k = 0; k < 7; k++) {
+        for (u32 k = 0; k < TOTALS; k++) {
             const double total = sum_block(totals[k], scratch);
-            if (threadIdx.x == 0) a.block_sums[blockIdx.x * 7 + k] = total;
+            if (threadIdx.x == 0) a.block_sums[blockIdx.x * TOTALS + k] = total;
         }
     }
 }

@@ -132,5 +132,5 @@ template <bool INITIAL> __device__ __forceinline__ void move_particles(const Arr
         for (u32 axis = 0; axis < 3; axis++) axis_of(a.v, s, axis)[k] = v[axis];
         asm volatile("// end of move");
     }
-    if (INITIAL && far) atomicOr(&a.control->moved[r.step % 3], far);
+    if (INITIAL && far) atomicOr(&a.control->moved[r.step % MARKS], far);
 }

@@ -36,6 +36,9 @@ __device__ __forceinline__ bool enter(const Scene& s, u32 axis, i64& cell, int& 
 // Distance of a coordinate from an interval.
 __device__ __forceinline__ float gap(float x, float low, float high) { return fmaxf(fmaxf(low - x, x - high), 0.0f); }
 
+// Bits of a particle's type where a run stands above it.
+#define KIND_BITS 16
+
 // A warp's candidates that wait to be tested: coordinates in fixed-point units of the coarsest axis, relative to the first
 // particle of the group, with type and run; and their entries.
 struct Waiting {
@@ -61,7 +64,7 @@ __device__ __forceinline__ bool test_candidates(const Arrays& a, const Scene& s,
     const float4 c = lane < found ? w.at[lane] : make_float4(3e38f, 0, 0, 0);
     const Entry entry = w.entry[lane];
 #if TYPES > 1
-    const Limit* limits = a.limits + (__float_as_uint(c.w) & 0xffff) * TYPES;
+    const Limit* limits = a.limits + (__float_as_uint(c.w) & ((1u << KIND_BITS) - 1)) * TYPES;
 #endif
     Entry self = first_i;
 #ifdef IMAGES
@@ -86,7 +89,7 @@ __device__ __forceinline__ bool test_candidates(const Arrays& a, const Scene& s,
         if (EXACT && unsure) {
             int n[3] = {0, 0, 0};
 #if PERIODIC
-            for (u32 axis = 0; axis < 3; axis++) n[axis] = w.image[__float_as_uint(c.w) >> 16][axis];
+            for (u32 axis = 0; axis < 3; axis++) n[axis] = w.image[__float_as_uint(c.w) >> KIND_BITS][axis];
 #endif
             in = is_neighbor(a, s, r, first_i + i, place_of(entry), n[0], n[1], n[2], limit.squared);
         }
@@ -131,9 +134,9 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
             i64 cx = (i64)cell[0] + visit.x, cy = (i64)cell[1] + visit.y, cz = (i64)cell[2] + visit.z;
             int ix = 0, iy = 0, iz = 0;
             if (enter(s, 0, cx, ix) && enter(s, 1, cy, iy) && enter(s, 2, cz, iz)) {
-                const u32 bucket = table_of(s, (u32)cx, (u32)cy, (u32)cz) * 8 + (visit.w & 7);
+                const u32 bucket = table_of(s, (u32)cx, (u32)cy, (u32)cz) * OCTANTS + (u32)visit.w % OCTANTS;
                 begin = a.starts[bucket];
-                length = a.starts[bucket + (visit.w >> 3)] - begin;
+                length = a.starts[bucket + (u32)visit.w / OCTANTS] - begin;
             }
 #if PERIODIC
             w.image[lane][0] = ix, w.image[lane][1] = iy, w.image[lane][2] = iz;
@@ -182,7 +185,7 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
                 close &= cell_number(cell_j) == wanted;
             }
 #endif
-            const float4 c = relative(s, q, from, (u32)q.w | run << 16);
+            const float4 c = relative(s, q, from, (u32)q.w | run << KIND_BITS);
             const float gx = gap(c.x, low[0], high[0]), gy = gap(c.y, low[1], high[1]), gz = gap(c.z, low[2], high[2]);
             close &= gx * gx + gy * gy + gz * gz <= s.reach;
             const u32 bits = __ballot_sync(~0u, close);

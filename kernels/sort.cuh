@@ -30,7 +30,7 @@ __device__ void find_bounds(const Arrays& a, const Scene& s, const Run& r) {
         __syncthreads();
         if (threadIdx.x == 0) {
             for (u32 w = 0; w < blockDim.x >> 5; w++) least = fmin(least, scratch[w]);
-            a.block_sums[blockIdx.x * 7 + side] = least;
+            a.block_sums[blockIdx.x * TOTALS + side] = least;
         }
         __syncthreads();
     }
@@ -104,7 +104,7 @@ __device__ void order_particles(const Arrays& a, const Scene& s, Run& r, u32 buc
 __device__ __forceinline__ bool write_key(const Arrays& a, const Scene& s, const Run& r, u32 k, const Point& p) {
     u32 cell[3], octant, part;
     const bool inside = key_of(s, p, cell, &octant, &part);
-    a.bucket[k] = table_of(s, cell[0], cell[1], cell[2]) * 8 + octant;
+    a.bucket[k] = table_of(s, cell[0], cell[1], cell[2]) * OCTANTS + octant;
 #ifdef FOLDED
     a.cell[k] = cell_number(cell);
 #endif
@@ -121,9 +121,9 @@ __device__ void sort_storage(const Arrays& a, const Scene& s, Run& r) {
         wrap(s, p, image);
         u32 bin[3];
         for (u32 axis = 0; axis < 3; axis++) {
-            double place, eighth;
-            locate(p.x[axis], s.lo[axis], s.storage_inverse[axis], (double)(s.storage_bins[axis] - 1), &place, &eighth);
-            bin[axis] = (u32)place;
+            double place, number, eighth;
+            locate(p.x[axis], s.lo[axis], s.storage_inverse[axis], (double)(s.storage_bins[axis] - 1), &place, &number, &eighth);
+            bin[axis] = (u32)number;
         }
         const u32 bucket = number_of(bin[0], bin[1], bin[2], s.storage_bins);
         a.bucket[k] = bucket;

@@ -1,6 +1,6 @@
 //! One axis of the cell grid: which cells a particle of a given cell half must look into.
 
-use crate::real::Whole;
+use crate::real::{Real, Whole};
 
 /// Relative widening of the search radius, against rounding in the binning of positions.
 const MARGIN: f64 = 1e-6;
@@ -58,11 +58,17 @@ pub struct AxisRequest {
     pub most_cells: i64,
 }
 
+/// A coordinate in cells of an axis from `lo`.
+#[inline(always)]
+pub fn in_cells<R: Real>(x: R, lo: R, inverse_edge: R) -> R {
+    (x - lo) * inverse_edge
+}
+
 /// Cell and eighth of it of a coordinate, as whole numbers, on an axis from `lo` whose last cell is number `last`.
 #[inline(always)]
 pub fn locate<R: Whole>(x: R, lo: R, inverse_edge: R, last: R) -> (R, R) {
     let zero = R::constant(0.0);
-    let position = (x - lo) * inverse_edge;
+    let position = in_cells(x, lo, inverse_edge);
     let cell = position.trunc().lesser(last).greater(zero);
     let eighth = (R::constant(8.0) * (position - cell)).trunc();
     (cell, eighth.lesser(R::constant(7.0)).greater(zero))

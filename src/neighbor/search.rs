@@ -40,8 +40,9 @@ impl Search {
     }
 }
 
-/// Most cells along an axis: three such numbers and the octant make a 64-bit key.
-const MOST_CELLS: i64 = 1 << 20;
+/// Bits of a cell's number along an axis: three such numbers and the octant make a 64-bit key.
+pub const CELL_BITS: u32 = 20;
+const MOST_CELLS: i64 = 1 << CELL_BITS;
 
 /// A contiguous run of sorted particles that may hold neighbors, and the periodic image it is seen in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

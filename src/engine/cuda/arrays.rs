@@ -1,5 +1,6 @@
 //! The arrays on the device: which a scene has, how many entries each, and the struct that kernels find them in.
 
+use super::layout::TOTALS;
 use super::shape::Shape;
 
 /// What an array's length goes with.
@@ -61,7 +62,7 @@ pub fn arrays(shape: &Shape) -> Vec<Array> {
         (true, "counts", u32, Buckets),
         (true, "starts", u32, Buckets),
         (true, "block_counts", u32, Blocks(1)),
-        (true, "block_sums", double, Blocks(7)),
+        (true, "block_sums", double, Blocks(TOTALS as usize)),
         // Constants.
         (true, "visits", int4, Values),
         (true, "visit_starts", u32, Values),

@@ -52,7 +52,7 @@ pub struct Engine {
     /// As the last launch left it.
     pub control: Control,
     /// Energy (half pairs) and virial, as the last launch that was asked for them left them.
-    pub(super) pair_sums: [f64; 7],
+    pub(super) pair_sums: [f64; TOTALS as usize],
     pub lost: usize,
     /// Times that arrays had to grow, or the grid to move.
     pub redone: u64,
@@ -108,7 +108,7 @@ impl Engine {
             sizes: Sizes::default(),
             memory: Memory::default(),
             control: Control { step, next_sort: step, ..Control::default() },
-            pair_sums: [0.0; 7],
+            pair_sums: [0.0; TOTALS as usize],
             lost: 0,
             redone: 0,
             counting_from: step,

@@ -86,6 +86,10 @@ numbers! {
     STAGE_SORT = 2;
     STAGE_LIST = 3;
     STAGE_PAIR = 4;
+    /// Numbers that a block leaves for the host to add up: energy and virial, or as many of them as a kernel has.
+    TOTALS = 7;
+    /// Steps whose marks of moved particles are kept: the last one's, this one's, and the next one's to be cleared.
+    MARKS = 3;
     /// Threads of a block.
     BLOCK = 256;
     /// Entries of the list that are read at once.
@@ -131,7 +135,7 @@ layout! {
         pub wanted: u32,
         /// Work that warps have taken in the list build, beyond the first of each.
         pub taken: u32,
-        pub moved: [u32; 3],
+        pub moved: [u32; MARKS as usize],
         pub barrier: u32,
         /// What the barrier stands at between kernels.
         pub target: u32,

@@ -6,6 +6,7 @@ use super::arrays::{Array, Count, arrays};
 use super::device::{Buffer, Device};
 use super::layout::Control;
 use super::shape::Shape;
+use crate::neighbor::OCTANTS;
 
 /// How long arrays are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -105,7 +106,7 @@ fn bytes(array: &Array, sizes: &Sizes) -> u64 {
         (Count::List, _) => sizes.list,
         (Count::Values, "control") => return size_of::<Control>() as u64,
         (Count::Values, "visits") => sizes.values.visits,
-        (Count::Values, "visit_starts") => 9,
+        (Count::Values, "visit_starts") => OCTANTS as u64 + 1,
         (Count::Values, "limits") => sizes.values.types.pow(2),
         (Count::Values, "coefficients") => sizes.values.coefficients,
         (Count::Values, "masses" | "half_kicks") => sizes.values.types,

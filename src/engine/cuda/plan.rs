@@ -9,7 +9,7 @@ use crate::neighbor::axis::{Axis, Reach};
 use crate::neighbor::cells::most_dense_cells;
 use crate::neighbor::guard::COARSEST_QUANTUM;
 use crate::neighbor::ties::Ties;
-use crate::neighbor::{Grid, LAMMPS_BIN, guard};
+use crate::neighbor::{Grid, LAMMPS_BIN, OCTANTS, guard};
 use crate::system::{SimulationBox, Vec3};
 
 /// Most of LAMMPS's bins a particle that storage order is sorted by.
@@ -110,7 +110,7 @@ impl Plan {
         shape.lanes = tuning.lanes.unwrap_or(lanes_for(n));
         (shape.group, shape.slices) = groups_for(n);
         let cells = table.iter().map(|t| u64::from(*t)).product::<u64>();
-        let buckets = cells * crate::neighbor::OCTANTS as u64;
+        let buckets = cells * OCTANTS as u64;
         let storage = storage_bins(given, radius);
         shape.storage_sort &= storage.is_some();
         let storage_bins = storage.unwrap_or([1; 3]);
@@ -234,7 +234,7 @@ fn visits(grid: &Grid) -> (Vec<[i32; 4]>, Vec<u32>) {
     const MIDDLE: i64 = 1 << 40;
     let endless = grid.axes.map(|axis| Axis { cells: 2 * MIDDLE, periodic: false, ..axis });
     let (mut all, mut starts) = (Vec::new(), vec![0]);
-    for octant in 0..8u8 {
+    for octant in 0..OCTANTS as u8 {
         let half = |axis: usize| octant >> axis & 1;
         endless[2].visits(MIDDLE, half(2), |z| {
             endless[1].visits(MIDDLE, half(1), |y| {
@@ -242,9 +242,9 @@ fn visits(grid: &Grid) -> (Vec<[i32; 4]>, Vec<u32>) {
                     let wanted = |o: u8| x.halves >> (o & 1) & y.halves >> (o >> 1 & 1) & z.halves >> (o >> 2) & 1;
                     let [dx, dy, dz] = [x, y, z].map(|v| (v.cell - MIDDLE) as i32);
                     let mut first = 0;
-                    while let Some(begin) = (first..8).find(|o| wanted(*o) != 0) {
-                        let end = (begin..8).find(|o| wanted(*o) == 0).unwrap_or(8);
-                        all.push([dx, dy, dz, i32::from(begin | (end - begin) << 3)]);
+                    while let Some(begin) = (first..OCTANTS as u8).find(|o| wanted(*o) != 0) {
+                        let end = (begin..OCTANTS as u8).find(|o| wanted(*o) == 0).unwrap_or(OCTANTS as u8);
+                        all.push([dx, dy, dz, i32::from(begin) + i32::from(end - begin) * OCTANTS as i32]);
                         first = end;
                     }
                 });

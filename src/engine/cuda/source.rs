@@ -5,8 +5,9 @@ use super::layout::{Control, Limit, Order, Scene, numbers_text};
 use super::shape::Shape;
 use crate::dynamics::{Fix, FixStyle, FixVisitor, Motion, Step, with_fix};
 use crate::engine::Program;
-use crate::neighbor::axis::locate;
-use crate::neighbor::search::{PART_BITS, SPREAD, row_major};
+use crate::neighbor::OCTANTS;
+use crate::neighbor::axis::{in_cells, locate};
+use crate::neighbor::search::{CELL_BITS, PART_BITS, SPREAD, row_major};
 use crate::neighbor::ties::{TieBox, hold, is_tied, tied_squared_distance};
 use crate::pair::truncation::{Cut, Shifted, Truncation};
 use crate::pair::{PairStyle, PairTable, StyleVisitor, with_style};
@@ -116,7 +117,9 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("PERIODIC", shape.periodic as usize),
         ("INDEX_BITS", shape.index_bits as usize),
         ("LANES", shape.lanes as usize),
+        ("OCTANTS", OCTANTS),
         ("PART_BITS", PART_BITS as usize),
+        ("CELL_BITS", CELL_BITS as usize),
         ("GROUP", shape.group as usize),
         ("SLICES", shape.slices as usize),
         ("BLOCKS_AT_LEAST", shape.blocks_at_least as usize),
@@ -220,9 +223,12 @@ fn fix_formulas(fixes: &[Fix], shape: &Shape) -> String {
 fn rules(shape: &Shape) -> String {
     let three = |tape: &Recording, name: &str| std::array::from_fn(|a| tape.input(format!("{name}[{a}]")));
     let tape = Recording::start();
-    let (cell, eighth) = locate(tape.input("x"), tape.input("lo"), tape.input("inverse_edge"), tape.input("last"));
-    let arguments = "double x, double lo, double inverse_edge, double last, double* cell, double* eighth";
-    let mut text = rule("void locate", arguments, &tape, &[("*cell", cell), ("*eighth", eighth)]);
+    let [x, lo, inverse_edge, last] = ["x", "lo", "inverse_edge", "last"].map(|name| tape.input(name));
+    let place = in_cells(x, lo, inverse_edge);
+    let (cell, eighth) = locate(x, lo, inverse_edge, last);
+    let arguments =
+        "double x, double lo, double inverse_edge, double last, double* place, double* cell, double* eighth";
+    let mut text = rule("void locate", arguments, &tape, &[("*place", place), ("*cell", cell), ("*eighth", eighth)]);
     text += &format!("__constant__ const u32 SPREAD[8] = {{{}}};\n", SPREAD.map(|bits| bits.to_string()).join(", "));
     let tape = Recording::start();
     let number = row_major(three(&tape, "cell"), three(&tape, "cells"));

@@ -2,11 +2,14 @@
 
 use super::device::{Buffer, Plain};
 use super::engine::Engine;
-use super::layout::CHUNK;
+use super::layout::{CHUNK, TOTALS};
 use super::plan::Plan;
 use crate::engine::backend::Pair;
 use crate::engine::particles::Particles;
 use crate::system::{State, Vec3};
+
+/// Numbers that a block leaves.
+const EACH: usize = TOTALS as usize;
 
 impl Engine {
     pub(super) fn write_constants(&self) -> Result<(), String> {
@@ -173,17 +176,17 @@ impl Engine {
 
     /// Bounds of all positions, low and high, as the blocks of the sort left them; zeros where there are no particles.
     pub(super) fn block_bounds(&self) -> Result<(Vec3, Vec3), String> {
-        let all: Vec<f64> = self.memory.get("block_sums").read(0, 7 * self.compiled.sort.blocks as usize)?;
-        let least = |side: usize| all.chunks_exact(7).map(|block| block[side]).fold(f64::INFINITY, f64::min);
+        let all: Vec<f64> = self.memory.get("block_sums").read(0, EACH * self.compiled.sort.blocks as usize)?;
+        let least = |side: usize| all.chunks_exact(EACH).map(|block| block[side]).fold(f64::INFINITY, f64::min);
         let bounds = (Vec3::from_fn(|a, _| least(a)), Vec3::from_fn(|a, _| -least(a + 3)));
         Ok(if self.control.n == 0 { Default::default() } else { bounds })
     }
 
     /// Sums over the blocks, in their order.
-    pub(super) fn block_sums(&self, blocks: u32) -> Result<[f64; 7], String> {
-        let all: Vec<f64> = self.memory.get("block_sums").read(0, 7 * blocks as usize)?;
-        let mut sums = [0.0; 7];
-        for block in all.chunks_exact(7) {
+    pub(super) fn block_sums(&self, blocks: u32) -> Result<[f64; EACH], String> {
+        let all: Vec<f64> = self.memory.get("block_sums").read(0, EACH * blocks as usize)?;
+        let mut sums = [0.0; EACH];
+        for block in all.chunks_exact(EACH) {
             sums.iter_mut().zip(block).for_each(|(sum, part)| *sum += part);
         }
         Ok(sums)
