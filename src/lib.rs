@@ -1,5 +1,6 @@
 //! Octant: molecular dynamics of atoms with short-range pair forces, from LAMMPS input scripts.
 
+pub mod bench;
 pub mod cli;
 pub mod dynamics;
 pub mod engine;

@@ -7,7 +7,7 @@ use crate::Error;
 use crate::session::{self, Outcome, Settings};
 
 /// Exit code of a program that Ctrl-C ended, as shells count it.
-const INTERRUPTED: u8 = 130;
+pub const INTERRUPTED: u8 = 130;
 
 /// Runs a script.
 pub fn run(args: RunArgs) -> Result<ExitCode, Error> {

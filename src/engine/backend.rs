@@ -130,7 +130,11 @@ pub trait Backend {
     /// Neighbors of every particle within its neighbor cutoff at the last build, in storage order.
     fn neighbor_counts(&self) -> Result<Vec<u32>, Error>;
     /// All pairs of the full list of the last build, as ids and the periodic image in which the second is seen; sorted.
-    fn pairs(&self) -> Result<Vec<Pair>, Error>;
+    fn pairs(&self) -> Result<Vec<Pair>, Error> {
+        self.pairs_where(&|_| true)
+    }
+    /// Those of them whose first particle's id is wanted.
+    fn pairs_where(&self, wanted: &dyn Fn(u32) -> bool) -> Result<Vec<Pair>, Error>;
     /// Bytes held for particles and lists.
     fn bytes(&self) -> usize;
     /// Particles removed since [`Backend::load`] because they left through a fixed side.

@@ -10,6 +10,7 @@ mod particles;
 pub mod precision;
 pub mod program;
 mod trouble;
+pub mod tuned;
 
 pub use backend::{Backend, Pair, Reached, StageSeconds, Stop, Work};
 pub use fault::{Fault, FaultKind, GoodState};

@@ -41,7 +41,7 @@ fn read(script: &Path) -> Result<Arc<Source>, Error> {
 }
 
 /// The point at which a script first needs more than judging: a run, or a file written.
-struct Checkpoint {
+pub(super) struct Checkpoint {
     state: ScriptState,
     statement: Statement,
 }
@@ -51,7 +51,7 @@ const MOST_COMMANDS: usize = 1_000_000;
 
 /// Judges a whole script: every command is parsed and applied, runs are set up on paper only. What the commands before the
 /// first run print goes to `console`; the rest of the script is judged in silence.
-fn judge(
+pub(super) fn judge(
     source: &Arc<Source>,
     settings: &Settings,
     console: Console,
@@ -129,7 +129,7 @@ pub fn run(script: &Path, settings: &Settings) -> Result<Outcome, Error> {
     }
     let mut report = Report::new();
     report.settings = settings.describe(&source.name, &*backend);
-    let mut live = Live { settings, console, backend, dumps: Vec::new(), files: Vec::new(), report, steps: 0, started };
+    let mut live = Live::new(settings, console, backend, report, started);
     let (mut state, outcome) = match checkpoint {
         None => (end, Ok(Outcome::Finished)),
         Some(Checkpoint { mut state, statement }) => {
@@ -149,7 +149,7 @@ pub fn run(script: &Path, settings: &Settings) -> Result<Outcome, Error> {
 }
 
 /// Carries out a statement and all that follow.
-fn go_on(state: &mut ScriptState, first: Statement, live: &mut Live<'_>) -> Result<Outcome, Error> {
+pub(super) fn go_on(state: &mut ScriptState, first: Statement, live: &mut Live<'_>) -> Result<Outcome, Error> {
     let mut next = Some(first);
     let mut outcome = Outcome::Finished;
     let mut result = Ok(());

@@ -2,6 +2,7 @@
 
 mod commands;
 mod data;
+mod driven;
 mod environment;
 mod judge;
 mod pair;
@@ -10,13 +11,14 @@ mod run_loop;
 mod settings;
 mod state;
 
+pub use driven::{Driven, Prepared, is_interrupted};
 pub use judge::{FirstRun, Judged, Neighbors, check, check_text, first_run, neighbors, run, stop_on_interrupt};
 pub use run::Outcome;
 pub use settings::{BackendChoice, Settings};
 
 use crate::engine::Backend;
 use crate::output::dump::DumpObserver;
-use crate::output::{Console, ThermoTable, WrittenFile};
+use crate::output::{Console, RunSummary, ThermoTable, WrittenFile};
 use crate::scene::SceneBuilder;
 use crate::script::Interpreter;
 use crate::script::command::dump::{DumpCommand, DumpModifyCommand};
@@ -58,6 +60,8 @@ struct Live<'a> {
     dumps: Vec<(String, Box<dyn DumpObserver>)>,
     files: Vec<WrittenFile>,
     report: crate::output::Report,
+    /// Statistics of the last run.
+    summary: Option<RunSummary>,
     /// Steps of all runs so far.
     steps: i64,
     started: std::time::Instant,

@@ -1,12 +1,16 @@
 //! The script's side of a session, and the end of a run.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use super::environment::BetweenRuns;
 use super::run::Outcome;
 use super::{Live, ScriptState, Settings};
 use crate::Error;
-use crate::output::{MemoryReport, NeighborReport, RunSummary, ThermoTable, TimingReport, wall_time_line};
+use crate::engine::Backend;
+use crate::output::{
+    Console, MemoryReport, NeighborReport, Report, RunSummary, ThermoTable, TimingReport, wall_time_line,
+};
 use crate::scene::SceneBuilder;
 use crate::script::command::thermo::ThermoStyleCommand;
 use crate::script::{InputError, Interpreter, Source, Statement};
@@ -41,6 +45,20 @@ impl ScriptState {
     }
 }
 
+impl<'a> Live<'a> {
+    /// Nothing carried out yet.
+    pub fn new(
+        settings: &'a Settings,
+        console: Console,
+        backend: Box<dyn Backend>,
+        report: Report,
+        started: Instant,
+    ) -> Self {
+        let (dumps, files, summary, steps) = (Vec::new(), Vec::new(), None, 0);
+        Self { settings, console, backend, dumps, files, report, summary, steps, started }
+    }
+}
+
 impl Live<'_> {
     /// Adds a run to the report; times add up over all runs.
     pub fn report_run(&mut self, summary: &RunSummary) {
@@ -52,6 +70,7 @@ impl Live<'_> {
         self.report.neighbors = NeighborReport::new(&summary.neighbors, self.backend.work(), summary.atoms);
         self.report.memory = MemoryReport::new(self.backend.bytes(), summary.atoms);
         self.report.timing = TimingReport::new(before.loop_s + summary.loop_seconds, self.steps, stages);
+        self.summary = Some(summary.clone());
     }
 
     /// The last lines: wall time, what was written and how fast; and the JSON report.

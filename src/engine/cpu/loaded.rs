@@ -7,7 +7,7 @@ use super::engine::{Engine, half_kicks};
 use super::mode::Mode;
 use super::motion::kinetic_sums;
 use super::moving::Moving;
-use crate::engine::backend::{Reached, StageSeconds, Work};
+use crate::engine::backend::{Pair, Reached, StageSeconds, Work};
 use crate::engine::fault::Fault;
 use crate::engine::observer::{Needs, NeighborStatistics, Sums};
 use crate::engine::particles::Particles;
@@ -29,7 +29,7 @@ pub trait Loaded: Send + Sync {
     fn seconds(&self) -> StageSeconds;
     fn work(&self) -> Work;
     fn neighbor_counts(&self) -> Vec<u32>;
-    fn pairs(&self) -> Vec<(u32, u32, [i32; 3])>;
+    fn pairs_where(&self, wanted: &dyn Fn(u32) -> bool) -> Vec<Pair>;
     fn bytes(&self) -> usize;
     fn lost(&self) -> usize;
     fn explain(&self) -> Vec<String>;
@@ -140,10 +140,13 @@ impl<M: Mode> Loaded for Engine<M> {
         counts
     }
 
-    fn pairs(&self) -> Vec<(u32, u32, [i32; 3])> {
+    fn pairs_where(&self, wanted: &dyn Fn(u32) -> bool) -> Vec<Pair> {
         let id = &self.held.id;
         let mut pairs = Vec::new();
         self.list.for_each_row(|i, part, row| {
+            if !wanted(id[i]) {
+                return;
+            }
             pairs.extend(row.iter().map(|slot| {
                 let (j, image) = part.particle(*slot);
                 (id[i], id[j], image)

@@ -155,8 +155,8 @@ impl Backend for CpuBackend {
         Ok(self.loaded().neighbor_counts())
     }
 
-    fn pairs(&self) -> Result<Vec<Pair>, Error> {
-        Ok(self.loaded().pairs())
+    fn pairs_where(&self, wanted: &dyn Fn(u32) -> bool) -> Result<Vec<Pair>, Error> {
+        Ok(self.loaded().pairs_where(wanted))
     }
 
     fn bytes(&self) -> usize {

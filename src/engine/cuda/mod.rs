@@ -171,8 +171,8 @@ impl Backend for CudaBackend {
         self.engine().neighbor_counts().map_err(Error::Unavailable)
     }
 
-    fn pairs(&self) -> Result<Vec<Pair>, Error> {
-        self.engine().pairs().map_err(Error::Unavailable)
+    fn pairs_where(&self, wanted: &dyn Fn(u32) -> bool) -> Result<Vec<Pair>, Error> {
+        self.engine().pairs_where(wanted).map_err(Error::Unavailable)
     }
 
     fn bytes(&self) -> usize {

@@ -11,6 +11,9 @@ use crate::system::{State, Vec3};
 /// Numbers that a block leaves.
 const EACH: usize = TOTALS as usize;
 
+/// Up to one in so many rows of the list are read one by one.
+const FEW_ROWS: usize = 16;
+
 impl Engine {
     pub(super) fn write_constants(&self) -> Result<(), String> {
         let Plan {
@@ -140,24 +143,21 @@ impl Engine {
         Ok(counts)
     }
 
-    /// All pairs of the list, sorted.
-    pub fn pairs(&self) -> Result<Vec<Pair>, String> {
+    /// Pairs of the list whose first particle's id is wanted, sorted.
+    pub fn pairs_where(&self, wanted: &dyn Fn(u32) -> bool) -> Result<Vec<Pair>, String> {
         self.compiler.device.bind()?;
         let held = self.read_particles(false)?;
-        let (n, pitch, shape) = (held.len(), self.sizes.pitch as usize, &self.plan.shape);
-        let chunk = CHUNK as usize;
+        let (n, shape) = (held.len(), &self.plan.shape);
         let row: Vec<u32> = self.memory.get("neighbors").read(0, n)?;
-        let list = self.memory.get("list");
-        let entries: Vec<u64> = if shape.wide_entries {
-            list.read(0, self.sizes.list as usize)?
-        } else {
-            list.read::<u32>(0, self.sizes.list as usize)?.into_iter().map(u64::from).collect()
-        };
+        let rows: Vec<usize> = (0..n).filter(|i| wanted(held.id[*i])).collect();
+        // A list can be far larger than the host's memory: where few rows are wanted, they alone come.
+        let whole = if rows.len() > n / FEW_ROWS { self.entries(0, self.sizes.list as usize)? } else { Vec::new() };
         let lengths = self.held_box.lengths();
         let mut pairs = Vec::new();
-        for i in 0..n {
-            for k in 0..row[i] as usize {
-                let entry = entries[(k / chunk * pitch + i) * chunk + k % chunk];
+        for i in rows {
+            let stretches = (0..(row[i] as usize).div_ceil(CHUNK as usize)).map(|k| self.stretch(&whole, k, i));
+            let entries = stretches.collect::<Result<Vec<_>, _>>()?.concat();
+            for entry in &entries[..row[i] as usize] {
                 let j = (entry & ((1 << shape.index_bits) - 1)) as usize;
                 let image = if shape.images {
                     let [x, y, z, _] = self.plan.images[(entry >> shape.index_bits) as usize];
@@ -172,6 +172,22 @@ impl Engine {
         }
         pairs.sort_unstable();
         Ok(pairs)
+    }
+
+    /// The stretch number `k` of a particle's row, out of the whole list where it is there.
+    fn stretch(&self, whole: &[u64], k: usize, particle: usize) -> Result<Vec<u64>, String> {
+        let (chunk, at) = (CHUNK as usize, (k * self.sizes.pitch as usize + particle) * CHUNK as usize);
+        whole.get(at..at + chunk).map_or_else(|| self.entries(at, chunk), |found| Ok(found.to_vec()))
+    }
+
+    /// Entries of the list as they lie.
+    fn entries(&self, at: usize, count: usize) -> Result<Vec<u64>, String> {
+        let list = self.memory.get("list");
+        if self.plan.shape.wide_entries {
+            list.read(at, count)
+        } else {
+            Ok(list.read::<u32>(at, count)?.into_iter().map(u64::from).collect())
+        }
     }
 
     /// Bounds of all positions, low and high, as the blocks of the sort left them; zeros where there are no particles.

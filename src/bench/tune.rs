@@ -1,0 +1,141 @@
+//! The tuning run: which skin is the fastest, by size and precision.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use super::measure::{Case, go, melt};
+use super::row::Spread;
+use super::{Ended, Halt, Options, Plan, Said, cases, fits};
+use crate::Error;
+use crate::engine::tuned::Table;
+use crate::session::{Driven, Prepared, Settings};
+
+/// Skins that are tried, in tenths of sigma.
+const TENTHS: std::ops::RangeInclusive<u32> = 2..=10;
+
+/// Steps before a leg whose length is found out.
+const PILOT_STEPS: u32 = 50;
+
+/// Seconds of a leg.
+const LEG_SECONDS: f64 = 0.25;
+
+/// Least steps of a leg: several lists are built even with the widest skin.
+const LEAST_STEPS: i64 = 200;
+
+/// A skin at one size in one precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tried {
+    pub atoms: usize,
+    pub precision: &'static str,
+    pub skin: f64,
+    pub steps_per_s: Spread,
+    /// It is the fastest of those tried.
+    pub best: bool,
+}
+
+/// Tries all skins, and returns the table that this octant was built with after taking over the best of them.
+pub fn tune(options: &Options, say: &mut dyn FnMut(Said<'_>)) -> Result<(Table, Ended), Error> {
+    let (plan, note) = Plan::new(options)?;
+    if let Some(note) = note {
+        say(Said::Note(note));
+    }
+    let mut best: Vec<Vec<(usize, f64)>> = vec![Vec::new(); plan.settings.len()];
+    let mut table = Table::built_in().clone();
+    for case in cases(options, say) {
+        for (settings, best) in plan.settings.iter().zip(&mut best) {
+            match fastest(&case, &plan, settings, say) {
+                Ok(skin) => best.push((case.cells.atoms(), skin)),
+                Err(Halt::Interrupted) => return Ok((table, Ended::Interrupted)),
+                Err(Halt::Error(error)) => return Err(error),
+            }
+        }
+    }
+    let machine = &plan.machine;
+    let driver = if machine.driver.is_empty() { String::new() } else { format!(", driver {}", machine.driver) };
+    let from = format!("{}, {}{driver}", today(), machine.device);
+    for (settings, best) in plan.settings.iter().zip(&mut best) {
+        best.sort_unstable_by_key(|(atoms, _)| *atoms);
+        table.set_skins(&machine.architecture, settings.precision, &ranges(best), &from);
+    }
+    Ok((table, Ended::Finished))
+}
+
+/// The fastest skin of a size.
+fn fastest(case: &Case, plan: &Plan, settings: &Settings, say: &mut dyn FnMut(Said<'_>)) -> Result<f64, Halt> {
+    let skins: Vec<f64> = TENTHS.map(|tenths| f64::from(tenths) / 10.0).filter(|skin| fits(case, *skin)).collect();
+    let (melted, _) = melt(case, skins[0], settings)?;
+    let mut tried = Vec::new();
+    for skin in skins {
+        let steps_per_s = Spread::of(&rates(&melted, plan, settings, skin)?);
+        let (atoms, precision) = (case.cells.atoms(), settings.precision.name());
+        tried.push(Tried { atoms, precision, skin, steps_per_s, best: false });
+    }
+    let best = tried.iter_mut().max_by(|a, b| a.steps_per_s.median.total_cmp(&b.steps_per_s.median));
+    let best = best.expect("some skin fits into the smallest box");
+    best.best = true;
+    let skin = best.skin;
+    tried.iter().for_each(|one| say(Said::Tried(one)));
+    Ok(skin)
+}
+
+/// Steps a second of each round.
+fn rates(melted: &Prepared, plan: &Plan, settings: &Settings, skin: f64) -> Result<Vec<f64>, Halt> {
+    let mut driven = Driven::new(melted.clone(), settings)?;
+    go(&mut driven, &format!("neighbor {skin} bin\nrun {PILOT_STEPS}"))?;
+    let rate = |driven: &Driven<'_>| driven.summary().expect("a run leaves a summary").steps_per_second();
+    let steps = plan.steps.unwrap_or(((rate(&driven) * LEG_SECONDS) as i64).max(LEAST_STEPS));
+    let mut rates = Vec::new();
+    for _ in 0..plan.rounds {
+        go(&mut driven, &format!("run {steps} pre no"))?;
+        rates.push(rate(&driven));
+    }
+    Ok(rates)
+}
+
+/// From skins at sizes to skins from sizes on: each holds from the geometric mean with the size below.
+fn ranges(best: &[(usize, f64)]) -> Vec<(usize, f64)> {
+    let middle = |k: usize| ((best[k - 1].0 as f64 * best[k].0 as f64).sqrt().round() as usize).max(1);
+    (0..best.len()).map(|k| (if k == 0 { 0 } else { middle(k) }, best[k].1)).collect()
+}
+
+/// The date in UTC, "2026-11-24".
+fn today() -> String {
+    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
+    date(seconds / 86_400)
+}
+
+/// The date so many days after 1970-01-01, in the calendar of today.
+fn date(days: u64) -> String {
+    let leap = |year: u64| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
+    let (mut year, mut left) = (1970, days);
+    while left >= 365 + u64::from(leap(year)) {
+        left -= 365 + u64::from(leap(year));
+        year += 1;
+    }
+    let february = 28 + u64::from(leap(year));
+    let mut month = 1;
+    for length in [31, february, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31] {
+        if left < length {
+            break;
+        }
+        left -= length;
+        month += 1;
+    }
+    format!("{year}-{month:02}-{:02}", left + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn days_become_dates() {
+        let of = [0, 58, 59, 365, 11_016, 11_017, 20_781].map(date);
+        let known = ["1970-01-01", "1970-02-28", "1970-03-01", "1971-01-01", "2000-02-29", "2000-03-01", "2026-11-24"];
+        assert_eq!(of, known);
+    }
+
+    #[test]
+    fn skins_hold_from_between_the_sizes() {
+        assert_eq!(ranges(&[(4_000, 0.4), (36_000, 0.5), (100_000, 0.6)]), [(0, 0.4), (12_000, 0.5), (60_000, 0.6)]);
+    }
+}

@@ -1,0 +1,139 @@
+//! Scripts in pieces, for programs that measure: each piece is carried out as `octant run` does it, without screen and log, and
+//! between pieces the simulation can be looked into.
+
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+use serde_json::{Map, Value};
+
+use super::judge::{go_on, judge};
+use super::run::{Outcome, STOP};
+use super::{Live, ScriptState, Settings};
+use crate::Error;
+use crate::engine::{Backend, Needs, Program, Reached};
+use crate::output::{Console, Report, RunSummary};
+use crate::script::{Interpreter, Source};
+use crate::system::{SimulationBox, State};
+
+/// A scene as commands have made it, without an engine.
+#[derive(Clone)]
+pub struct Prepared(ScriptState);
+
+impl Prepared {
+    /// Judges commands that set a scene up and run nothing; `name` is what messages call them.
+    pub fn new(name: &str, commands: &str, settings: &Settings) -> Result<Self, Error> {
+        settings.check()?;
+        let (_, end, ..) = judge(&Source::new(name, commands), settings, Console::discard())?;
+        Ok(Self(end))
+    }
+
+    pub fn state(&self) -> &State {
+        &self.0.scene.state
+    }
+
+    /// To change particles in ways that no command has.
+    pub fn state_mut(&mut self) -> &mut State {
+        self.0.last_run = None;
+        self.0.continues = false;
+        &mut self.0.scene.state
+    }
+
+    /// `None` before a command has made one.
+    pub fn simulation_box(&self) -> Option<&SimulationBox> {
+        self.0.scene.space.as_ref()
+    }
+
+    /// The step as data, as a run would begin it now.
+    pub fn program(&self, settings: &Settings) -> Result<Program, Error> {
+        program(&self.0, settings)
+    }
+}
+
+fn program(script: &ScriptState, settings: &Settings) -> Result<Program, Error> {
+    let made = script.scene.program(settings.search);
+    made.map(|(program, ..)| program).map_err(|complaint| Error::Fault(complaint.message))
+}
+
+/// A scene with an engine, which carries out commands as they are handed in.
+pub struct Driven<'a> {
+    script: ScriptState,
+    live: Live<'a>,
+    note: Option<String>,
+}
+
+impl<'a> Driven<'a> {
+    /// Makes the engine that the settings ask for; it takes the particles over at the first `run`.
+    pub fn new(prepared: Prepared, settings: &'a Settings) -> Result<Self, Error> {
+        let (backend, note) = settings.engine()?;
+        let live = Live::new(settings, Console::discard(), backend, Report::new(), Instant::now());
+        Ok(Self { script: prepared.0, live, note })
+    }
+
+    /// A line for the user where the engine is not the one that was hoped for.
+    pub fn note(&self) -> Option<&str> {
+        self.note.as_deref()
+    }
+
+    /// Carries out commands; those that follow an interrupted run are not.
+    pub fn carry_out(&mut self, commands: &str) -> Result<Outcome, Error> {
+        self.script.interpreter = Interpreter::new(Source::new("commands", commands), &[])?;
+        match self.script.next()? {
+            Some(first) => go_on(&mut self.script, first, &mut self.live),
+            None => Ok(Outcome::Finished),
+        }
+    }
+
+    /// Goes on step by step until the engine has built its list anew, `most` steps at most, and brings back the particles as
+    /// they are right after that build. Tells whether there was one.
+    pub fn step_to_build(&mut self, most: u64) -> Result<bool, Error> {
+        let backend = &mut self.live.backend;
+        let builds = backend.statistics().builds;
+        for _ in 0..most {
+            let reached = backend.advance(1, Needs::default(), &STOP).map_err(|why| Error::Fault(why.to_string()))?;
+            if reached == Reached::Interrupted || STOP.load(Ordering::Relaxed) {
+                return Ok(false);
+            }
+            if backend.statistics().builds != builds {
+                backend.fetch(&mut self.script.scene.state)?;
+                self.script.scene.step = backend.step();
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Statistics of the last run; `None` before the first.
+    pub fn summary(&self) -> Option<&RunSummary> {
+        self.live.summary.as_ref()
+    }
+
+    /// Thermo rows of all runs since the last call, values by column header.
+    pub fn take_thermo(&mut self) -> Vec<Map<String, Value>> {
+        std::mem::take(&mut self.live.report.thermo)
+    }
+
+    /// The step as data, as a run would begin it now.
+    pub fn program(&self) -> Result<Program, Error> {
+        program(&self.script, self.live.settings)
+    }
+
+    pub fn backend(&self) -> &dyn Backend {
+        &*self.live.backend
+    }
+
+    /// Particles as the last run, or [`Driven::step_to_build`], left them.
+    pub fn state(&self) -> &State {
+        &self.script.scene.state
+    }
+
+    /// The scene as it stands; the engine is given up.
+    pub fn into_prepared(self) -> Prepared {
+        let Self { script, .. } = self;
+        Prepared(script)
+    }
+}
+
+/// Whether the user has asked for an end (Ctrl-C).
+pub fn is_interrupted() -> bool {
+    STOP.load(Ordering::Relaxed)
+}
