@@ -19,7 +19,7 @@ export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 FLAGS := --release
 
 .DEFAULT_GOAL := help
-.PHONY: help run build test test-rust test-minimal test-python lint validate bench bench-quick gpu-bundle fuzz clean check-tools
+.PHONY: help run build test test-rust test-minimal test-python lint validate bench bench-quick bench-gpu gpu-bundle gpu-peers fuzz clean check-tools
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1|\2/' | column -t -s '|' 2>/dev/null \
@@ -58,6 +58,13 @@ bench: build $(VENV)/.bench ## benchmarks: parts, then whole runs beside LAMMPS 
 bench-quick: build $(VENV)/.bench ## a minute of whole runs, results in output/bench/; shows that the benchmark works
 	$(VENV)/bin/python -m validation.bench --quick --output output/bench
 
+bench-gpu: build $(VENV)/.bench-gpu ## octant bench of every size beside OpenMM on this machine's GPU; results in output/bench-gpu/
+	$(VENV)/bin/python -m validation.bench.gpu
+
+gpu-peers: $(VENV)/.ready ## OpenMM's wheels for a GPU machine without network (Python 3.12): bundle/gpu-peers/, to lie beside the bundle
+	$(PIP) download --quiet --no-deps --only-binary=:all: --python-version 3.12 --implementation cp \
+	  --platform manylinux_2_34_x86_64 --requirement validation/bench/gpu/requirements.txt --dest bundle/gpu-peers
+
 gpu-bundle: $(VENV)/.ready ## tests and comparison for a machine with a GPU but no toolchain: bundle/octant-gpu.tar.gz, run.sh in it
 	@command -v strip >/dev/null || { echo "make gpu-bundle needs strip (binutils)" >&2; exit 1; }
 	$(VENV)/bin/python -m validation.bundle.make $(FLAGS)
@@ -92,5 +99,9 @@ $(VENV)/.ready: validation/requirements.txt | check-tools
 
 # Apart from the other tools: no test needs it. The environment is cleared when it is made anew, and this stamp with it.
 $(VENV)/.bench: validation/bench/requirements.txt $(VENV)/.ready
+	$(PIP) install --quiet --requirement $<
+	@touch $@
+
+$(VENV)/.bench-gpu: validation/bench/gpu/requirements.txt $(VENV)/.ready
 	$(PIP) install --quiet --requirement $<
 	@touch $@

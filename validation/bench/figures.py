@@ -16,13 +16,13 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, ScalarFormatter
 
 from validation.bench.labels import place_labels
-from validation.bench.markdown import cores
+from validation.bench.markdown import cores, spaced
 from validation.bench.plan import ASKED_LINEAR
 from validation.bench.rows import COST, Row, Rows
 from validation.bench.sections import ratios, sizes
 
 #: Colors of Okabe and Ito, which people with color-blindness tell apart, and a marker each.
-_STYLES = {
+STYLES = {
     "octant double": ("#0072B2", "s"),
     "octant mixed": ("#D55E00", "o"),
     "octant single": ("#CC79A7", "D"),
@@ -31,7 +31,7 @@ _STYLES = {
     "LAMMPS mpi": ("#000000", "<"),
     "OpenMM CPU": ("#009E73", "P"),
 }
-_OTHER = ("#7F7F7F", "X")
+OTHER = ("#7F7F7F", "X")
 
 #: An error of zero has no place on a logarithmic axis: it and smaller ones are drawn here.
 _ZERO = 1e-17
@@ -88,7 +88,7 @@ def _by_error(panel: Axes, costs: Rows) -> None:
         panel.plot(*zip(*corners, strict=True), color="0.6", lw=1.2, ls=dashes, zorder=1)
         fronts.append(corners)
         for row in same:
-            color, marker = _STYLES.get(row.contestant, _OTHER)
+            color, marker = STYLES.get(row.contestant, OTHER)
             face = color if threads == 1 else "white"
             panel.plot(_x(row), row.median, marker, ms=7, mec=color, mfc=face, mew=1.4, ls="none", zorder=3)
         look = {"color": "0.6", "ls": dashes, "marker": "o", "mec": "0.3", "mfc": "0.3" if threads == 1 else "white"}
@@ -98,10 +98,10 @@ def _by_error(panel: Axes, costs: Rows) -> None:
     panel.xaxis.set_major_locator(LogLocator(numticks=12))
     panel.xaxis.set_minor_formatter(NullFormatter())
     _plain_decades(panel)
-    panel.set_title(f"{_spaced(points[0].atoms)} atoms; lower left is better", loc="right", color="0.4", fontsize=8)
+    panel.set_title(f"{spaced(points[0].atoms)} atoms; lower left is better", loc="right", color="0.4", fontsize=8)
     panel.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=len(handles), frameon=False)
     panel.figure.canvas.draw()
-    named = [(_x(row), row.median, row.contestant, _STYLES.get(row.contestant, _OTHER)[0]) for row in points]
+    named = [(_x(row), row.median, row.contestant, STYLES.get(row.contestant, OTHER)[0]) for row in points]
     place_labels(panel, named, fronts)
 
 
@@ -122,7 +122,7 @@ def _by_size(panel: Axes, costs: Rows, main: int) -> None:
     for name in costs.distinct("contestant"):
         for threads in costs.where(contestant=name).distinct("threads"):
             line = sorted(costs.where(contestant=name, threads=threads), key=lambda row: row.atoms)
-            color, marker = _STYLES.get(name, _OTHER)
+            color, marker = STYLES.get(name, OTHER)
             medians = [row.median for row in line]
             spans = [[row.median - row.q1 for row in line], [row.q3 - row.median for row in line]]
             look = {"marker": marker, "ms": 6, "mfc": color if threads == 1 else "white", "mew": 1.4, "lw": 1.2}
@@ -137,18 +137,14 @@ def _by_size(panel: Axes, costs: Rows, main: int) -> None:
     panel.set_xlim(low, high)
     bottom, top = panel.get_ylim()
     panel.set_ylim(bottom / 1.15, top * 1.15)
-    panel.set_xticks(counts, [_spaced(count) for count in counts])
+    panel.set_xticks(counts, [spaced(count) for count in counts])
     panel.xaxis.set_minor_locator(NullLocator())
     _plain_decades(panel)
     panel.set_xlabel("atoms")
     panel.set_ylabel("ns per atom-step")
-    band = f"bands: within {100 * ASKED_LINEAR:.0f} % of the cost at {_spaced(main)} atoms"
+    band = f"bands: within {100 * ASKED_LINEAR:.0f} % of the cost at {spaced(main)} atoms"
     panel.set_title(band, loc="right", color="0.4", fontsize=8)
     panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, frameon=False)
-
-
-def _spaced(count: int) -> str:
-    return f"{count:,}".replace(",", " ")
 
 
 def _plain_decades(panel: Axes) -> None:

@@ -16,6 +16,10 @@ from validation.scripts import Script
 CUTOFF = 2.5
 TIMESTEP = 0.005
 
+#: Density and temperature of the crystal that melts, as in ``validation/scenes/benchmark.in``.
+DENSITY = 0.8442
+TEMPERATURE = 1.44
+
 #: Pair forces and list policy of the benchmark that molecular-dynamics programs are compared on.
 PAIR = ("pair_style lj/cut 2.5", "pair_coeff * * 1.0 1.0 2.5")
 LIST = ("neighbor 0.3 bin", "neigh_modify delay 0 every 20 check no")

@@ -18,6 +18,11 @@ def number(value: float, digits: int = 3) -> str:
     return f"{round(value, decimals):,.{max(decimals, 0)}f}".replace(",", " ")
 
 
+def spaced(count: int) -> str:
+    """A number of atoms with blanks between the thousands."""
+    return f"{count:,}".replace(",", " ")
+
+
 def spread(row: Row | None) -> str:
     """Median and quartiles: ``120 (118 to 123)``."""
     return "-" if row is None else f"{number(row.median)} ({number(row.q1)} to {number(row.q3)})"

@@ -12,11 +12,14 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from validation.bundle import comparison, device, sanitizer, suites, summary
+from validation.bundle import comparison, device, sanitizer, speed, suites, summary
 from validation.bundle.outcome import FAILED, PASSED, Outcome, call
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-PARTS = ("tests", "sanitizer", "validation", "bench")
+PARTS = ("tests", "sanitizer", "validation", "bench", "engine")
+
+#: Parts that measure run only where they are asked for.
+MEASURING = ("bench", "engine")
 
 
 def main() -> int:
@@ -62,7 +65,9 @@ def _arguments() -> argparse.Namespace:
         description="Tests octant on this machine's GPU. Exit status: 0 passed, 1 failed, 2 wrong call, 77 nothing "
         "failed, but something could not be run.",
     )
-    parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(PARTS)}; all but bench by default")
+    parser.add_argument(
+        "parts", nargs="*", metavar="PART", help=f"of {', '.join(PARTS)}; all but {' and '.join(MEASURING)} by default"
+    )
     parser.add_argument("--results", type=Path, default=Path("results"), help="folder for summary and logs (results)")
     parser.add_argument(
         "--backend",
@@ -70,10 +75,14 @@ def _arguments() -> argparse.Namespace:
         default="cuda",
         help="engine under test; cpu tries the bundle without a GPU",
     )
-    arguments = parser.parse_args()
+    bench = parser.add_argument_group("bench")
+    bench.add_argument("--sizes", nargs="+", type=int, metavar="N", help="numbers of atoms")
+    bench.add_argument("--quick", action="store_true", help="two small sizes, a round: shows that everything works")
+    bench.add_argument("--limit", type=float, default=470.0, metavar="SECONDS", help="time for it (470)")
+    arguments = parser.parse_intermixed_args()
     if unknown := [part for part in arguments.parts if part not in PARTS]:
         parser.error(f"there is no part {', '.join(unknown)}; there are {', '.join(PARTS)}")
-    arguments.parts = arguments.parts or [part for part in PARTS if part != "bench"]
+    arguments.parts = arguments.parts or [part for part in PARTS if part not in MEASURING]
     return arguments
 
 
@@ -94,11 +103,15 @@ def _outcomes(
     if "validation" in arguments.parts:
         yield from comparison.run(ROOT, results, scratch, environment, found, backend, table)
     if "bench" in arguments.parts:
+        words = ["--sizes", *map(str, arguments.sizes)] if arguments.sizes else []
+        words += ["--quick"] if arguments.quick else []
+        yield from speed.run(ROOT, results, scratch, environment, found, backend, arguments.limit, words)
+    if "engine" in arguments.parts:
         for file in bundle["benches"]:
-            log = Path("bench") / f"{Path(file).name}.log"
+            log = Path("engine") / f"{Path(file).name}.log"
             done = call([ROOT / file, "--bench"], results / log, environment, 3600.0, scratch)
             verdict = PASSED if done.status == 0 else FAILED
-            yield Outcome("bench", Path(file).name, verdict, seconds=done.seconds, log=str(log))
+            yield Outcome("engine", Path(file).name, verdict, seconds=done.seconds, log=str(log))
 
 
 if __name__ == "__main__":

