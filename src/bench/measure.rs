@@ -1,7 +1,5 @@
 //! One scene of one size, melted once and measured in every precision.
 
-use std::time::Instant;
-
 use serde_json::Value;
 
 use super::exact::{self, Atom};
@@ -66,16 +64,14 @@ pub fn melting(atoms: usize) -> i64 {
 pub fn melt(case: &Case, skin: f64, settings: &Settings) -> Result<(Prepared, f64), Halt> {
     let mut prepared = Prepared::new("bench", &case.scene.script(case.cells, skin), settings)?;
     case.scene.finish(prepared.state_mut());
-    let clock = Instant::now();
     let mut driven = Driven::new(prepared, settings)?;
-    go(&mut driven, "run 0")?;
-    let start_up = clock.elapsed().as_secs_f64();
-    go(&mut driven, &format!("run {} pre no", melting(case.cells.atoms())))?;
+    go(&mut driven, &format!("run {}", melting(case.cells.atoms())))?;
+    let start_up = driven.start_up();
     Ok((driven.into_prepared(), start_up))
 }
 
-/// Rows of a case, one a precision, in their order.
-pub fn rows(case: &Case, plan: &Plan) -> Result<Vec<Row>, Halt> {
+/// Measures a case; `found` gets its rows as they are there, one a precision, in their order.
+pub fn measure(case: &Case, plan: &Plan, found: &mut dyn FnMut(&Row)) -> Result<(), Halt> {
     let atoms = case.cells.atoms();
     let first = &plan.settings[0];
     let (melted, start_up) = melt(case, plan.skin(first, atoms, case)?, first)?;
@@ -85,7 +81,6 @@ pub fn rows(case: &Case, plan: &Plan) -> Result<Vec<Row>, Halt> {
     let pair = melted.program(first)?.pair;
     let exact = exact::look_up(&pair, 0.0, melted.state(), &simulation_box, &ids, 0.0);
     let together = if atoms <= TAKES_TURNS { plan.settings.len() } else { 1 };
-    let mut rows = Vec::new();
     for settings in plan.settings.chunks(together) {
         let mut legs = Vec::new();
         for settings in settings {
@@ -105,10 +100,10 @@ pub fn rows(case: &Case, plan: &Plan) -> Result<Vec<Row>, Halt> {
             legs.rotate_right(from);
         }
         for leg in legs {
-            rows.push(leg.row(case, plan, &ids, &simulation_box)?);
+            found(&leg.row(case, plan, &ids, &simulation_box)?);
         }
     }
-    Ok(rows)
+    Ok(())
 }
 
 impl<'a> Leg<'a> {
@@ -122,10 +117,9 @@ impl<'a> Leg<'a> {
     ) -> Result<Self, Halt> {
         let atoms = melted.state().len();
         let skin = plan.skin(settings, atoms, case)?;
-        let clock = Instant::now();
         let mut driven = Driven::new(melted.clone(), settings)?;
         go(&mut driven, &format!("neighbor {skin} bin\nrun 0"))?;
-        let start_up = clock.elapsed().as_secs_f64();
+        let start_up = driven.start_up();
         let force_error = exact::force_errors(ids, exact, driven.state());
         let pilot = (PILOT_ATOM_STEPS / atoms).clamp(PILOT_STEPS.0, PILOT_STEPS.1);
         go(&mut driven, &format!("thermo {}\nrun {pilot} pre no", case.scene.thermo()))?;

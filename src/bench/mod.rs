@@ -149,8 +149,8 @@ pub fn run(options: &Options, say: &mut dyn FnMut(Said<'_>)) -> Result<Ended, Er
         say(Said::Note(note));
     }
     for case in cases(options, say) {
-        match measure::rows(&case, &plan) {
-            Ok(rows) => rows.iter().for_each(|row| say(Said::Row(row))),
+        match measure::measure(&case, &plan, &mut |row| say(Said::Row(row))) {
+            Ok(()) => {}
             Err(Halt::Interrupted) => return Ok(Ended::Interrupted),
             Err(Halt::Error(error)) => return Err(error),
         }

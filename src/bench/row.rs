@@ -70,7 +70,7 @@ pub struct Row {
     pub build_us: Option<f64>,
     pub list_entries_per_atom: f64,
     pub bytes_per_atom: f64,
-    /// Seconds from the scene in memory to the first step, at the first engine of this scene, size and precision.
+    /// Seconds from the scene in memory to the first step, of the first engine of this scene, size and precision.
     pub start_up: f64,
     /// Drift of the total energy, epsilon per atom and tau, and its standard error; `None` where it was not measured.
     pub drift: Option<(f64, f64)>,

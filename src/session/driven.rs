@@ -59,14 +59,18 @@ pub struct Driven<'a> {
     script: ScriptState,
     live: Live<'a>,
     note: Option<String>,
+    /// Wall seconds that it took to make the engine.
+    engine_seconds: f64,
 }
 
 impl<'a> Driven<'a> {
     /// Makes the engine that the settings ask for; it takes the particles over at the first `run`.
     pub fn new(prepared: Prepared, settings: &'a Settings) -> Result<Self, Error> {
+        let clock = Instant::now();
         let (backend, note) = settings.engine()?;
+        let engine_seconds = clock.elapsed().as_secs_f64();
         let live = Live::new(settings, Console::discard(), backend, Report::new(), Instant::now());
-        Ok(Self { script: prepared.0, live, note })
+        Ok(Self { script: prepared.0, live, note, engine_seconds })
     }
 
     /// A line for the user where the engine is not the one that was hoped for.
@@ -100,6 +104,12 @@ impl<'a> Driven<'a> {
             }
         }
         Ok(false)
+    }
+
+    /// Wall seconds from a scene in memory to its first step: the engine is made, kernels are compiled or found in their cache,
+    /// particles taken over, list and forces worked out. Of the last set-up; the engine's alone before the first.
+    pub fn start_up(&self) -> f64 {
+        self.engine_seconds + self.live.set_up_seconds
     }
 
     /// Statistics of the last run; `None` before the first.

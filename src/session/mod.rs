@@ -60,6 +60,8 @@ struct Live<'a> {
     dumps: Vec<(String, Box<dyn DumpObserver>)>,
     files: Vec<WrittenFile>,
     report: crate::output::Report,
+    /// Wall seconds of the last set-up: particles taken over, kernels, list, forces.
+    set_up_seconds: f64,
     /// Statistics of the last run.
     summary: Option<RunSummary>,
     /// Steps of all runs so far.

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::time::Instant;
 
 use super::environment::{LastRun, facts};
 use super::run_loop::RunLoop;
@@ -62,9 +63,11 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     } else {
         set_up_messages(&program, mixed, mixable, script, live);
         let space = script.scene.space()?;
+        let clock = Instant::now();
         live.backend.load(program.clone(), &script.scene.state, space, first)?;
         let needs = live.dumps.iter().fold(script.thermo.needs(), |needs, (_, dump)| needs.union(dump.needs()));
         let set_up = live.backend.set_up(if first == last { needs.union(LAST_STEP) } else { needs });
+        live.set_up_seconds = clock.elapsed().as_secs_f64();
         set_up.map_err(|why| stop(why, script, live, &program))?;
         facts.thermal_atoms = Some(script.scene.state.len() - live.backend.lost());
     }

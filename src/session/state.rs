@@ -54,8 +54,9 @@ impl<'a> Live<'a> {
         report: Report,
         started: Instant,
     ) -> Self {
-        let (dumps, files, summary, steps) = (Vec::new(), Vec::new(), None, 0);
-        Self { settings, console, backend, dumps, files, report, summary, steps, started }
+        let (dumps, files, summary) = (Vec::new(), Vec::new(), None);
+        let (steps, set_up_seconds) = (0, 0.0);
+        Self { settings, console, backend, dumps, files, report, set_up_seconds, summary, steps, started }
     }
 }
 
