@@ -1,31 +1,44 @@
 // The step loop: one launch runs as many steps as are left, and comes back only where the host or another kernel has to act.
 
+// Leaves marks of a step for all blocks, and waits for theirs; returns those of all.
+__device__ __forceinline__ u32 share_marks(const Arrays& a, Run& r, i64 step, u32 marks) {
+    if (marks) atomicOr(&a.control->marks[step % MARKS], marks);
+    return sync_grid(a, r, marks != 0) ? read_flag(&a.control->marks[step % MARKS]) : 0;
+}
+
 extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) advance(const __grid_constant__ Arrays a, const __grid_constant__ Scene s, const __grid_constant__ Order o) {
     Control* c = a.control;
     u32 begin = c->begin, trouble = 0;
     if (c->trouble || begin > BEGIN_PACK) return;
     u64 left = c->left;
     Run r = begin_run(a);
-    for (;;) {
-        if (begin == BEGIN_MOVE) {
-            if (left == 0) {
-                begin = BEGIN_END;
-                break;
-            }
-            left--;
+    // Marks of the step that is looked at next.
+    u32 marks = 0;
+    if (begin == BEGIN_MOVE) {
+        if (left != 0) {
+            if (THREAD == 0) c->marks[(r.step + 2) % MARKS] = 0;
             r.step++;
-            r.ago++;
-            if (THREAD == 0) c->moved[(r.step + 1) % MARKS] = 0;
-            move_particles<true>(a, s, r);
-            r.half_done = 1;
-            sync_grid(a, r);
+            marks = r.half_done ? move_particles<true, true>(a, s, r) : move_particles<false, true>(a, s, r);
+            marks = share_marks(a, r, r.step, marks);
             book(a, r, STAGE_MODIFY);
-            const u32 moved = read_flag(&c->moved[r.step % MARKS]);
+        } else {
+            begin = BEGIN_END;
+        }
+    } else if (begin == BEGIN_PACK) {
+        pack_particles(a, s, r);
+        sync_grid(a, r);
+    }
+    while (begin != BEGIN_END) {
+        if (begin == BEGIN_MOVE) {
+            // Particles have moved to this step.
+            left--;
+            r.ago++;
+            r.half_done = 1;
             begin = BEGIN_FORCE;
 #ifdef REBUILDS
             if (r.ago >= s.delay && r.ago % s.every == 0) {
 #ifdef CHECK
-                const bool build = moved & 1;
+                const bool build = marks & MARK_FAR;
                 if (build && r.ago == (s.every > s.delay ? s.every : s.delay)) r.dangerous++;
 #else
                 const bool build = true;
@@ -33,29 +46,33 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) advance(con
                 if (build) {
                     r.builds++;
                     begin = BEGIN_BUILD;
+                    break;
                 }
             }
 #endif
-            if (begin == BEGIN_FORCE && moved & 2) {
+            if (marks & MARK_RANGE) {
                 trouble = TROUBLE_RANGE;
                 break;
             }
-        }
-        if (begin == BEGIN_BUILD) break;
-        if (begin == BEGIN_PACK) {
-            pack_particles(a, s, r);
-            sync_grid(a, r);
         }
         if (o.sums && left == 0) {
             begin = BEGIN_SUMS;
             break;
         }
-        pair_forces<false>(a, s, r);
-        sync_grid(a, r);
-        book(a, r, STAGE_PAIR);
         begin = BEGIN_MOVE;
-        trouble = read_flag(&c->force_trouble);
-        if (trouble) break;
+        if (left == 0) {
+            marks = share_marks(a, r, r.step + 1, pair_forces<STAY>(a, s, r));
+            begin = BEGIN_END;
+        } else {
+            if (THREAD == 0) c->marks[(r.step + 2) % MARKS] = 0;
+            marks = share_marks(a, r, r.step + 1, pair_forces<MOVE>(a, s, r));
+        }
+        book(a, r, STAGE_PAIR);
+        if (marks & MARK_FORCE) {
+            trouble = TROUBLE_FORCE;
+            break;
+        }
+        if (left != 0) r.step++;
     }
     end_run(a, r, left, begin, trouble);
 }

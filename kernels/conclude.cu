@@ -6,14 +6,13 @@ extern "C" __global__ void __launch_bounds__(BLOCK) conclude(const __grid_consta
     if (c->trouble || (begin != BEGIN_SUMS && begin != BEGIN_END)) return;
     Run r = begin_run(a);
     if (begin == BEGIN_SUMS) {
-        pair_forces<true>(a, s, r);
-        sync_grid(a, r);
+        const bool broken = sync_grid(a, r, pair_forces<KEEP>(a, s, r) != 0);
         book(a, r, STAGE_PAIR);
-        trouble = read_flag(&c->force_trouble);
-        begin = trouble ? BEGIN_MOVE : BEGIN_END;
+        trouble = broken ? TROUBLE_FORCE : 0;
+        begin = broken ? BEGIN_MOVE : BEGIN_END;
     }
     if (!trouble && o.finish) {
-        move_particles<false>(a, s, r);
+        if (r.half_done) move_particles<true, false>(a, s, r);
         r.half_done = 0;
         book(a, r, STAGE_MODIFY);
     }

@@ -1,14 +1,8 @@
 // Pair forces: LANES threads a particle add up its row, always in the same order.
 
-#ifdef FIXED
-typedef int4 Near;
-#else
-typedef Slot Near;
-#endif
-
 // Adds one pair to the sums of a row.
 template <bool SUMS>
-__device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const Near& own, Near q, u32 code, bool there, real unit_squared, const real* one, real f[3], real sums[TOTALS]) {
+__device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const Slot& own, Slot q, u32 code, bool there, real unit_squared, const real* one, real f[3], real sums[TOTALS]) {
     real d[3];
 #ifdef FIXED
 #ifdef IMAGES
@@ -22,7 +16,7 @@ __device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const 
     real r2 = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * unit_squared;
 #else
 #ifdef IMAGES
-    const Near at = q;
+    const Slot at = q;
     if (code != s.no_image) {
         const Slot shift = a.shifts[code];
         q.x += shift.x, q.y += shift.y, q.z += shift.z;
@@ -66,22 +60,49 @@ __device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const 
     }
 }
 
-// Reads slots and the list; writes f, and with SUMS one set of energy and virial a block.
-template <bool SUMS> __device__ void pair_forces(const Arrays& a, const Scene& s, const Run& r) {
+// Entries that are read once a step: they are not to drive out of the caches what is read again and again.
+__device__ __forceinline__ Chunk stream(const Chunk* from) {
+    union {
+        Chunk chunk;
+        uint4 words[sizeof(Chunk) / 16];
+    } to;
+    for (u32 k = 0; k < sizeof(Chunk) / 16; k++) to.words[k] = __ldcs((const uint4*)from + k);
+    return to.chunk;
+}
+
+// What is done with the force on a particle.
+enum Then {
+    KEEP, // f, energy and virial
+    STAY, // f
+    MOVE, // the second half of this step and the first half of the next at once, where no one wants to see what lies between
+};
+
+// Reads slots of this step and the list; with KEEP writes one set of energy and virial a block. With MOVE writes x, v, and
+// slots of the next step, and f only where it is no number: such a particle stays, to be looked at. Returns what came to any
+// of its particles: bits of MARK_.
+template <Then THEN> __device__ __forceinline__ u32 pair_forces(const Arrays& a, const Scene& s, const Run& r) {
     const u32 lane = threadIdx.x % LANES;
+    const bool SUMS = THEN == KEEP;
     real one[NUMBERS];
     for (u32 k = 0; k < NUMBERS; k++) one[k] = TYPES > 1 ? (real)0 : a.coefficients[k];
     const real unit_squared = pinned((real)s.unit_squared), force_unit = pinned((real)s.force_unit);
+    const Pace pace = pace_of(s);
+    const Slot* slots = slots_of(a, s, r.step);
+    Slot* next = slots_of(a, s, r.step + 1);
     double totals[TOTALS] = {0};
-    bool broken = false;
+    u32 marks = 0;
     for (u32 i = THREAD / LANES; i < r.n; i += THREADS / LANES) {
-        const Near own = a.slots[i];
+        const Slot own = slots[i];
         const u32 count = a.neighbors[i];
         real f[3] = {0, 0, 0}, sums[TOTALS] = {0};
         const Chunk* row = a.list + lane * s.pitch + i;
+        // The next entries are on their way while these are worked out.
+        Chunk coming = stream(row);
         asm volatile("// pair loop");
-        for (u32 first = lane * CHUNK; first < count; first += LANES * CHUNK, row += s.pitch * LANES) {
-            const Chunk chunk = *row;
+        for (u32 first = lane * CHUNK; first < count; first += LANES * CHUNK) {
+            const Chunk chunk = coming;
+            row += s.pitch * LANES;
+            if (first + LANES * CHUNK < count) coming = stream(row);
 #pragma unroll
             for (u32 m = 0; m < CHUNK; m++) {
 #ifdef FIXED
@@ -96,7 +117,7 @@ template <bool SUMS> __device__ void pair_forces(const Arrays& a, const Scene& s
 #else
                 const u32 code = 0;
 #endif
-                add_pair<SUMS>(a, s, own, a.slots[place_of(entry)], code, first + m < count, unit_squared, one, f, sums);
+                add_pair<SUMS>(a, s, own, slots[place_of(entry)], code, first + m < count, unit_squared, one, f, sums);
             }
         }
         asm volatile("// end of pair loop");
@@ -105,17 +126,22 @@ template <bool SUMS> __device__ void pair_forces(const Arrays& a, const Scene& s
         for (u32 d = LANES / 2; d > 0; d >>= 1)
             for (u32 axis = 0; axis < 3; axis++) f[axis] += __shfl_xor_sync(group, f[axis], d);
         if (lane == 0) {
+            store force[3];
+            bool broken = false;
             for (u32 axis = 0; axis < 3; axis++) {
-                const real force = f[axis] * force_unit;
-                broken |= !isfinite(force);
-                axis_of(a.f, s, axis)[i] = force;
+                const real whole = f[axis] * force_unit;
+                broken |= !isfinite(whole);
+                force[axis] = (store)whole;
             }
+            if (THEN != MOVE || broken)
+                for (u32 axis = 0; axis < 3; axis++) axis_of(a.f, s, axis)[i] = (real)force[axis];
+            if (broken) marks |= MARK_FORCE;
+            else if (THEN == MOVE) marks |= move_particle<true, true>(a, s, r, pace, i, force, next);
         }
         if (SUMS) {
             for (u32 k = 0; k < TOTALS; k++) totals[k] += (double)sums[k];
         }
     }
-    if (broken) atomicOr(&a.control->force_trouble, TROUBLE_FORCE);
     if (SUMS) {
         __shared__ double scratch[32];
         for (u32 k = 0; k < TOTALS; k++) {
@@ -123,4 +149,5 @@ template <bool SUMS> __device__ void pair_forces(const Arrays& a, const Scene& s
             if (threadIdx.x == 0) a.block_sums[blockIdx.x * TOTALS + k] = total;
         }
     }
+    return marks;
 }

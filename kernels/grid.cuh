@@ -35,7 +35,8 @@ struct Run {
     u32 n;
     u32 parity;
     u32 half_done;
-    u32 target; // of the barrier
+    u32 turn; // of the two words of the barrier
+    u64 met, met_before; // what they stood at when all had arrived: the one that is next, and the other
     i64 step;
     u64 ago;
     u64 builds;
@@ -45,18 +46,30 @@ struct Run {
 };
 
 // All threads of the grid wait here for each other; what was written before is seen after. The grid is resident as a whole
-// (cooperative launch).
-__device__ __forceinline__ void sync_grid(const Arrays& a, Run& r) {
-    __syncthreads();
+// (cooperative launch). Returns whether any of them came with a mark. Arrivals are counted in the lower half of a word, blocks
+// that came with a mark in the upper one: no memory has to be read once more to know. Two words take turns, as a block may
+// arrive for the next time before another has seen that all had arrived for this one.
+__device__ __forceinline__ bool sync_grid(const Arrays& a, Run& r, bool mark = false) {
+    __shared__ u64 all;
+    const int marked = __syncthreads_or(mark);
     if (threadIdx.x == 0) {
-        volatile u32* barrier = &a.control->barrier;
-        r.target += gridDim.x;
-        __threadfence();
-        atomicAdd((u32*)barrier, 1u);
-        while ((int)(*barrier - r.target) < 0) {}
-        __threadfence();
+        u64* word = &a.control->barrier[r.turn];
+        const u32 wanted = (u32)r.met + gridDim.x;
+        u64 now;
+        asm volatile("fence.acq_rel.gpu;" ::: "memory");
+        asm volatile("red.relaxed.gpu.global.add.u64 [%0], %1;" :: "l"(word), "l"(marked ? (1ull << 32) + 1 : 1ull) : "memory");
+        do asm volatile("ld.relaxed.gpu.global.u64 %0, [%1];" : "=l"(now) : "l"(word) : "memory");
+        while ((u32)now != wanted);
+        asm volatile("fence.acq_rel.gpu;" ::: "memory");
+        all = now;
     }
     __syncthreads();
+    const u64 now = all;
+    const bool any = (now ^ r.met) >> 32 != 0;
+    r.turn ^= 1;
+    r.met = r.met_before;
+    r.met_before = now;
+    return any;
 }
 
 __device__ __forceinline__ u32 read_flag(const u32* flag) { return *(const volatile u32*)flag; }
@@ -82,10 +95,19 @@ template <typename T> __device__ __forceinline__ T sum_block(T value, T* scratch
     return total;
 }
 
+// Where the last kernel left off, but for the barrier.
+__device__ __forceinline__ void read_run(const Arrays& a, Run& r) {
+    const Control* c = a.control;
+    r.n = c->n, r.parity = c->parity, r.half_done = c->half_done;
+    r.step = c->step, r.ago = c->ago, r.builds = c->builds, r.dangerous = c->dangerous, r.next_sort = c->next_sort;
+}
+
 // Where the last kernel left off. All threads of the grid have read it when this returns.
 __device__ __forceinline__ Run begin_run(const Arrays& a) {
+    Run r;
+    read_run(a, r);
     const Control* c = a.control;
-    Run r = {c->n, c->parity, c->half_done, c->target, c->step, c->ago, c->builds, c->dangerous, c->next_sort, 0};
+    r.turn = c->turn, r.met = c->met[r.turn], r.met_before = c->met[r.turn ^ 1], r.clock = 0;
     sync_grid(a, r);
     book(a, r, STAGE_OTHER);
     return r;
@@ -96,7 +118,9 @@ __device__ __forceinline__ void end_run(const Arrays& a, const Run& r, u64 left,
     Control* c = a.control;
     c->parity = r.parity;
     c->half_done = r.half_done;
-    c->target = r.target;
+    c->turn = r.turn;
+    c->met[r.turn] = r.met;
+    c->met[r.turn ^ 1] = r.met_before;
     c->step = r.step;
     c->ago = r.ago;
     c->builds = r.builds;

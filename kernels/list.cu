@@ -1,6 +1,6 @@
 // After the sort, and again where there was no room for the list.
 
-extern "C" __global__ void __launch_bounds__(BLOCK, 2) list(const __grid_constant__ Arrays a, const __grid_constant__ Scene s, const __grid_constant__ Order o) {
+extern "C" __global__ void __launch_bounds__(LIST_BLOCK, 4) list(const __grid_constant__ Arrays a, const __grid_constant__ Scene s, const __grid_constant__ Order o) {
     const Control* c = a.control;
     if (c->trouble || c->begin != BEGIN_LIST) return;
     const u64 left = c->left;
@@ -8,6 +8,8 @@ extern "C" __global__ void __launch_bounds__(BLOCK, 2) list(const __grid_constan
     build_list(a, s, r);
     sync_grid(a, r);
     book(a, r, STAGE_LIST);
+    // Once more, not to keep it in registers during the build.
+    read_run(a, r);
     r.ago = 0;
     const bool fits = read_flag(&c->wanted) <= s.capacity;
     end_run(a, r, left, fits ? BEGIN_FORCE : BEGIN_LIST, fits ? 0 : TROUBLE_CAPACITY);

@@ -43,16 +43,18 @@ __device__ __forceinline__ Quanta quanta_of(const Scene& s) {
     return q;
 }
 
-// What pair arithmetic reads.
-__device__ __forceinline__ void pack(const Arrays& a, const Scene& s, const Run& r, const Quanta& quanta, u32 k, const store x[3], u32 kind) {
+// What pair arithmetic reads at a step: two steps take turns, so that one is read while the next is written.
+__device__ __forceinline__ Slot* slots_of(const Arrays& a, const Scene& s, i64 step) { return side_of(a.slots, s, (u32)step & 1, 1); }
+
+__device__ __forceinline__ void pack(const Arrays& a, const Scene& s, const Run& r, const Quanta& quanta, u32 k, const store x[3], u32 kind, Slot* slots) {
 #ifdef FIXED
 #ifdef DISPLACEMENTS
     const int4 then = a.fixed[k];
-    a.slots[k] = make_int4(then.x + __float2int_rn(x[0] * quanta.of[0]), then.y + __float2int_rn(x[1] * quanta.of[1]),
+    slots[k] = make_int4(then.x + __float2int_rn(x[0] * quanta.of[0]), then.y + __float2int_rn(x[1] * quanta.of[1]),
                            then.z + __float2int_rn(x[2] * quanta.of[2]), then.w);
 #else
     const Point p = {{x[0], x[1], x[2]}};
-    a.slots[k] = fixed_of(s, p, kind);
+    slots[k] = fixed_of(s, p, kind);
 #endif
 #else
     Point p;
@@ -64,73 +66,92 @@ __device__ __forceinline__ void pack(const Arrays& a, const Scene& s, const Run&
 #endif
     }
     Slot slot = {p.x[0], p.x[1], p.x[2], (double)kind};
-    a.slots[k] = slot;
+    slots[k] = slot;
 #endif
 }
 
 __device__ __forceinline__ void pack_particles(const Arrays& a, const Scene& s, const Run& r) {
     const Quanta quanta = quanta_of(s);
+    Slot* slots = slots_of(a, s, r.step);
     for (u32 k = THREAD; k < r.n; k += THREADS) {
         store x[3];
         for (u32 axis = 0; axis < 3; axis++) x[axis] = axis_of(a.x, s, axis)[k];
-        pack(a, s, r, quanta, k, x, kind_of(a, s, r, k));
+        pack(a, s, r, quanta, k, x, kind_of(a, s, r, k), slots);
     }
 }
 
-// A thread a particle: the second half of the last step, the first half of this one, and whether the particle has moved too
-// far since the last build. Reads and writes x, v; reads f; writes slots.
-template <bool INITIAL> __device__ __forceinline__ void move_particles(const Arrays& a, const Scene& s, const Run& r) {
-    const bool last = r.half_done;
-    if (!last && !INITIAL) return;
-    const store dt = pinned((store)s.dt), trigger = pinned((store)s.trigger), range = pinned((store)s.range);
-    const Quanta quanta = quanta_of(s);
-#ifndef MASSES
-    const store half_kick = pinned((store)s.half_kick);
-#endif
-    u32 far = 0;
-    for (u32 k = THREAD; k < r.n; k += THREADS) {
-        asm volatile("// move");
-        store x[3], v[3], f[3];
-        for (u32 axis = 0; axis < 3; axis++) {
-            x[axis] = axis_of(a.x, s, axis)[k];
-            v[axis] = axis_of(a.v, s, axis)[k];
-            f[axis] = (store)axis_of(a.f, s, axis)[k];
-        }
-        const u32 kind = kind_of(a, s, r, k);
+// Numbers of a scene that motion needs for every particle, converted once.
+struct Pace {
+    store dt, half_kick, trigger, range;
+    Quanta quanta;
+};
+
+__device__ __forceinline__ Pace pace_of(const Scene& s) {
+    Pace p = {pinned((store)s.dt), pinned((store)s.half_kick), pinned((store)s.trigger), pinned((store)s.range), quanta_of(s)};
+    return p;
+}
+
+// One particle under force f: with LAST the second half of a step, with INITIAL the first half of a step and what it
+// has come to, as bits of MARK_. Reads and writes x, v; writes slots.
+template <bool LAST, bool INITIAL>
+__device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, const Run& r, const Pace& pace, u32 k, const store f[3], Slot* slots) {
+    asm volatile("// move");
+    store x[3], v[3];
+    for (u32 axis = 0; axis < 3; axis++) {
+        x[axis] = axis_of(a.x, s, axis)[k];
+        v[axis] = axis_of(a.v, s, axis)[k];
+    }
+    const u32 kind = kind_of(a, s, r, k);
 #ifdef MASSES
-        const store half_kick = a.half_kicks[kind];
+    const store half_kick = a.half_kicks[kind];
+#else
+    const store half_kick = pace.half_kick;
 #endif
 #ifdef GROUPS
-        const u32 mask = side_of(a.held_mask, s, r.parity, 1)[k];
+    const u32 mask = side_of(a.held_mask, s, r.parity, 1)[k];
 #else
-        const u32 mask = 0;
+    const u32 mask = 0;
 #endif
-        if (last) fixes_last(x, v, f, dt, half_kick, mask, s);
-        if (INITIAL) {
-            fixes_initial(x, v, f, dt, half_kick, mask, s);
+    u32 far = 0;
+    if (LAST) fixes_last(x, v, f, pace.dt, half_kick, mask, s);
+    if (INITIAL) {
+        fixes_initial(x, v, f, pace.dt, half_kick, mask, s);
 #if defined(CHECK) || defined(FIXED)
-            store d[3];
-            for (u32 axis = 0; axis < 3; axis++) {
+        store d[3];
+        for (u32 axis = 0; axis < 3; axis++) {
 #ifdef DISPLACEMENTS
-                d[axis] = x[axis];
+            d[axis] = x[axis];
 #else
-                d[axis] = x[axis] - axis_of(side_of(a.held_x, s, r.parity, 3), s, axis)[k];
+            d[axis] = x[axis] - axis_of(side_of(a.held_x, s, r.parity, 3), s, axis)[k];
 #endif
-            }
-            const store moved = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-            // What is no number is too far as well: the build that follows finds it.
+        }
+        const store moved = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+        // What is no number is too far as well: the build that follows finds it.
 #ifdef CHECK
-            far |= !(moved <= trigger);
+        far |= !(moved <= pace.trigger) ? MARK_FAR : 0;
 #endif
 #ifdef FIXED
-            far |= !(moved <= range) ? 2u : 0u;
+        far |= !(moved <= pace.range) ? MARK_RANGE : 0;
 #endif
 #endif
-            for (u32 axis = 0; axis < 3; axis++) axis_of(a.x, s, axis)[k] = x[axis];
-            pack(a, s, r, quanta, k, x, kind);
-        }
-        for (u32 axis = 0; axis < 3; axis++) axis_of(a.v, s, axis)[k] = v[axis];
-        asm volatile("// end of move");
+        for (u32 axis = 0; axis < 3; axis++) axis_of(a.x, s, axis)[k] = x[axis];
+        pack(a, s, r, pace.quanta, k, x, kind, slots);
     }
-    if (INITIAL && far) atomicOr(&a.control->moved[r.step % MARKS], far);
+    for (u32 axis = 0; axis < 3; axis++) axis_of(a.v, s, axis)[k] = v[axis];
+    asm volatile("// end of move");
+    return far;
+}
+
+// A thread a particle: with LAST the second half of the last step, with INITIAL the first half of this one. Reads f. Returns
+// what came to any of its particles.
+template <bool LAST, bool INITIAL> __device__ __forceinline__ u32 move_particles(const Arrays& a, const Scene& s, const Run& r) {
+    const Pace pace = pace_of(s);
+    Slot* slots = slots_of(a, s, r.step);
+    u32 far = 0;
+    for (u32 k = THREAD; k < r.n; k += THREADS) {
+        store f[3];
+        for (u32 axis = 0; axis < 3; axis++) f[axis] = (store)axis_of(a.f, s, axis)[k];
+        far |= move_particle<LAST, INITIAL>(a, s, r, pace, k, f, slots);
+    }
+    return far;
 }

@@ -77,28 +77,37 @@ __device__ void scan_counts(const Arrays& a, Run& r, u32* counts, u32* starts, u
     sync_grid(a, r);
 }
 
-// Whether particle j comes before k in their bucket.
-__device__ __forceinline__ bool comes_before(const Arrays& a, u32 j, u32 k) {
+// Whether what stands in place q comes before what stands in place p of the same bucket.
+__device__ __forceinline__ bool comes_before(const Arrays& a, u32 q, u32 p, u64 tie) {
 #ifdef FOLDED
-    if (a.cell[j] != a.cell[k]) return a.cell[j] < a.cell[k];
+    const u64 other = a.cell[a.dealt[q]], own = a.cell[a.dealt[p]];
+    if (other != own) return other < own;
 #endif
-    return a.tie[j] < a.tie[k];
+    return a.dealt_tie[q] < tie;
 }
 
 // From buckets, ties and arrivals to the order of all particles: order[place] is the particle's place now.
 __device__ void order_particles(const Arrays& a, const Scene& s, Run& r, u32 buckets) {
     scan_counts(a, r, a.counts, a.starts, buckets);
-    for (u32 k = THREAD; k < r.n; k += THREADS) a.dealt[a.starts[a.bucket[k]] + a.arrival[k]] = k;
+    for (u32 k = THREAD; k < r.n; k += THREADS) {
+        const u32 to = a.starts[a.bucket[k]] + a.arrival[k];
+        a.dealt[to] = k;
+        a.dealt_tie[to] = a.tie[k];
+    }
     sync_grid(a, r);
     for (u32 p = THREAD; p < r.n; p += THREADS) {
         const u32 k = a.dealt[p], bucket = a.bucket[k];
         const u32 first = a.starts[bucket], end = a.starts[bucket + 1];
+        const u64 tie = a.dealt_tie[p];
         u32 rank = 0;
-        for (u32 q = first; q < end; q++) rank += comes_before(a, a.dealt[q], k);
+        for (u32 q = first; q < end; q++) rank += comes_before(a, q, p, tie);
         a.order[first + rank] = k;
     }
     sync_grid(a, r);
 }
+
+// Counts a particle into its bucket.
+__device__ __forceinline__ void count(const Arrays& a, u32 k) { a.arrival[k] = atomicAdd(&a.counts[a.bucket[k]], 1u); }
 
 // Where particle k, wrapped to p, is sorted to; returns whether the grid reaches there.
 __device__ __forceinline__ bool write_key(const Arrays& a, const Scene& s, const Run& r, u32 k, const Point& p) {
@@ -131,7 +140,7 @@ __device__ void sort_storage(const Arrays& a, const Scene& s, Run& r) {
         a.cell[k] = 0;
 #endif
         a.tie[k] = side_of(a.held_home, s, r.parity, 1)[k];
-        a.arrival[k] = atomicAdd(&a.counts[bucket], 1u);
+        count(a, k);
     }
     sync_grid(a, r);
     order_particles(a, s, r, s.storage_bins[0] * s.storage_bins[1] * s.storage_bins[2]);
@@ -142,6 +151,11 @@ __device__ void sort_storage(const Arrays& a, const Scene& s, Run& r) {
 
 // Wraps and sorts the particles: from x, v and one side of what is held to its other side. Returns what stops it, if anything.
 __device__ u32 sort_particles(const Arrays& a, const Scene& s, Run& r, bool set_up) {
+#ifdef STORAGE_SORT
+    const bool sorted = set_up || r.step >= r.next_sort;
+#else
+    const bool sorted = false;
+#endif
     u32 trouble = 0;
     for (u32 k = THREAD; k < r.n; k += THREADS) {
         Point p = position_of(a, s, r, k);
@@ -152,31 +166,28 @@ __device__ u32 sort_particles(const Arrays& a, const Scene& s, Run& r, bool set_
         if (!finite) trouble |= TROUBLE_POSITION;
         else if (!wrap(s, p, image)) trouble |= TROUBLE_LOST;
         if (!trouble && !write_key(a, s, r, k, p)) trouble |= TROUBLE_GRID;
+        // Where there is trouble the host starts anew.
+        if (!trouble && !sorted) count(a, k);
     }
     if (trouble) atomicOr(&a.control->sort_trouble, trouble);
     sync_grid(a, r);
     trouble = read_flag(&a.control->sort_trouble);
     if (trouble) return trouble;
 #ifdef STORAGE_SORT
-    const bool sorted = set_up || r.step >= r.next_sort;
     if (sorted) {
         sort_storage(a, s, r);
         r.next_sort = (r.step / s.storage_every + 1) * s.storage_every;
-    }
-#endif
-    for (u32 k = THREAD; k < r.n; k += THREADS) {
-#ifdef STORAGE_SORT
-        if (sorted) {
-            // Storage sort has used these arrays.
+        // It has used these arrays.
+        for (u32 k = THREAD; k < r.n; k += THREADS) {
             Point p = position_of(a, s, r, k);
             int image[3] = {0, 0, 0};
             wrap(s, p, image);
             write_key(a, s, r, k, p);
+            count(a, k);
         }
-#endif
-        a.arrival[k] = atomicAdd(&a.counts[a.bucket[k]], 1u);
+        sync_grid(a, r);
     }
-    sync_grid(a, r);
+#endif
     order_particles(a, s, r, s.buckets);
     const u32 to = r.parity ^ 1;
     for (u32 t = THREAD; t < r.n; t += THREADS) {

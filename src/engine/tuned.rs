@@ -16,6 +16,22 @@ const PLAIN_SKIN: f64 = 0.3;
 /// Columns before the words that say where a row is from.
 const NUMBERS: usize = 8;
 
+/// What the kernels of a GPU are made with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Choices {
+    /// Threads that share a particle's row in the force stage.
+    pub lanes: u32,
+    /// Particles of an octant that a warp lists together.
+    pub group: u32,
+    /// Warps that share an octant.
+    pub slices: u32,
+    /// Blocks that are to fit on a multiprocessor at least: bounds the registers of a thread.
+    pub blocks: u32,
+}
+
+/// Where the table leaves a choice open.
+const PLAIN: Choices = Choices { lanes: 2, group: 32, slices: 1, blocks: 3 };
+
 /// Choices from a number of atoms on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
@@ -72,6 +88,18 @@ impl Table {
     pub fn row(&self, architecture: &str, precision: Precision, atoms: usize) -> Option<&Row> {
         let known = self.nearest(architecture)?;
         self.of(known, precision).filter(|row| row.atoms <= atoms).last()
+    }
+
+    /// What the kernels for so many atoms are made with.
+    pub fn choices(&self, architecture: &str, precision: Precision, atoms: usize) -> Choices {
+        let row = self.row(architecture, precision, atoms);
+        let choice = |of: fn(&Row) -> Option<u32>, plain: u32| row.and_then(of).unwrap_or(plain);
+        Choices {
+            lanes: choice(|row| row.lanes, PLAIN.lanes),
+            group: choice(|row| row.group, PLAIN.group),
+            slices: choice(|row| row.slices, PLAIN.slices),
+            blocks: choice(|row| row.blocks, PLAIN.blocks),
+        }
     }
 
     /// Skin of the benchmark for so many atoms, sigma.

@@ -40,7 +40,7 @@ pub fn arrays(shape: &Shape) -> Vec<Array> {
         (true, "x", store, Columns(3)),
         (true, "v", store, Columns(3)),
         (true, "f", real, Columns(3)),
-        (true, "slots", slot, Columns(1)),
+        (true, "slots", slot, Columns(2)),
         // As the last build left them, and where the next one goes.
         (true, "held_x", double, Columns(6)),
         (true, "held_v", store, Columns(6)),
@@ -56,6 +56,7 @@ pub fn arrays(shape: &Shape) -> Vec<Array> {
         (true, "tie", u64, Columns(1)),
         (true, "arrival", u32, Columns(1)),
         (true, "dealt", u32, Columns(1)),
+        (true, "dealt_tie", u64, Columns(1)),
         (true, "order", u32, Columns(1)),
         (shape.folded, "cell", u64, Columns(1)),
         (shape.storage_sort, "new_home", u32, Columns(1)),

@@ -4,7 +4,7 @@ use std::ffi::c_void;
 
 use super::compiler::Compiler;
 use super::device::{Kernel, Module};
-use super::layout::BLOCK;
+use super::layout::{BLOCK, LIST_BLOCK};
 use super::shape::Shape;
 use super::source::units;
 use crate::engine::Program;
@@ -26,6 +26,8 @@ pub struct Compiled {
 pub struct Launch {
     pub kernel: Kernel,
     pub blocks: u32,
+    /// Threads of a block.
+    threads: u32,
 }
 
 impl Compiled {
@@ -50,7 +52,7 @@ impl Compiled {
 impl Launch {
     /// Launches it after what was launched before.
     pub fn go(&self, parameters: &[*const c_void]) -> Result<(), String> {
-        self.kernel.launch(self.blocks, BLOCK, parameters)
+        self.kernel.launch(self.blocks, self.threads, parameters)
     }
 }
 
@@ -60,21 +62,21 @@ pub fn compile(compiler: &Compiler, program: &Program, shape: &Shape, n: usize) 
     let compiled = compiler.kernels(&units)?;
     let modules = compiled.iter().map(|kernels| Module::load(&kernels.cubin)).collect::<Result<Vec<_>, _>>()?;
     let processors = compiler.device.multiprocessors;
-    let find = |name: &str, threads: u64| -> Result<Launch, String> {
+    let find = |name: &str, block: u32, threads: u64| -> Result<Launch, String> {
         let at = units.iter().position(|unit| unit.kernels.contains(&name)).expect("the kernel is one of the scene's");
-        let kernel = modules[at].kernel(name, BLOCK)?;
+        let kernel = modules[at].kernel(name, block)?;
         let resident = processors * kernel.resident.max(1);
-        let useful = (n as u64 * threads).div_ceil(BLOCK.into());
+        let useful = (n as u64 * threads).div_ceil(block.into());
         let blocks = useful.clamp(processors.into(), resident.into()) as u32;
-        Ok(Launch { kernel, blocks })
+        Ok(Launch { kernel, blocks, threads: block })
     };
     let lanes = u64::from(shape.lanes);
     Ok(Compiled {
-        advance: find("advance", lanes)?,
-        sort: find("sort", 1)?,
-        list: find("list", 32)?,
-        conclude: find("conclude", lanes)?,
-        kinetic: find("kinetic", 1)?,
+        advance: find("advance", BLOCK, lanes)?,
+        sort: find("sort", BLOCK, 1)?,
+        list: find("list", LIST_BLOCK, 32)?,
+        conclude: find("conclude", BLOCK, lanes)?,
+        kinetic: find("kinetic", BLOCK, 1)?,
         shape: shape.clone(),
         _modules: modules,
         ptx: compiled.into_iter().map(|kernels| kernels.ptx).collect(),

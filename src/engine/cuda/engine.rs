@@ -89,6 +89,7 @@ impl Engine {
             precision,
             double_pairs: false,
             tuning,
+            architecture: &compiler.device.architecture(),
         });
         let compiled = compile(&compiler, &program, &plan.shape, particles.len())?;
         let sources = Sources { id: particles.id.clone(), kind: particles.kind.clone(), mask: particles.mask.clone() };
@@ -215,7 +216,8 @@ impl Engine {
         let Self { program, simulation_box, precision, tuning, .. } = self;
         let double_pairs = self.plan.shape.double_pairs;
         let (precision, tuning) = (*precision, *tuning);
-        Plan::new(&Given { program, simulation_box, bounds, n, precision, double_pairs, tuning })
+        let architecture = &self.compiler.device.architecture();
+        Plan::new(&Given { program, simulation_box, bounds, n, precision, double_pairs, tuning, architecture })
     }
 
     /// Goes over to a plan; false where its kernels or arrays have to be made first.

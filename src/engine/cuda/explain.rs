@@ -16,7 +16,7 @@ pub fn explain(engine: &Engine) -> Vec<String> {
     };
     let pairs = if shape.double_pairs { "f64" } else { "f32 on fixed-point coordinates" };
     let mut lines = vec![format!("Pair loop: {lanes}, {CHUNK} entries at a time; arithmetic in {pairs}")];
-    for (name, Launch { kernel, blocks }) in compiled.launches() {
+    for (name, Launch { kernel, blocks, .. }) in compiled.launches() {
         lines.push(format!(
             "Kernel {name}: {} registers and {} bytes of local memory a thread, {} bytes of shared memory a block; {blocks} \
              blocks, {} on a multiprocessor",

@@ -87,8 +87,8 @@ impl Engine {
         device.bind()?;
         let control = self.memory.get("control");
         (self.control.wanted, self.control.trouble) = (0, 0);
-        (self.control.barrier, self.control.target) = (0, 0);
-        (self.control.sort_trouble, self.control.force_trouble) = (0, 0);
+        (self.control.turn, self.control.barrier, self.control.met) = (0, [0; 2], [0; 2]);
+        (self.control.sort_trouble, self.control.marks) = (0, [0; MARKS as usize]);
         if self.control.begin == BEGIN_LIST {
             (self.control.entries, self.control.tests, self.control.taken) = (0, 0, 0);
         }

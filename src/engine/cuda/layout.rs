@@ -88,10 +88,18 @@ numbers! {
     STAGE_PAIR = 4;
     /// Numbers that a block leaves for the host to add up: energy and virial, or as many of them as a kernel has.
     TOTALS = 7;
-    /// Steps whose marks of moved particles are kept: the last one's, this one's, and the next one's to be cleared.
+    /// What particles came to in a step: moved too far for the list, or for fixed-point coordinates; a force that is no number.
+    MARK_FAR = 1;
+    MARK_RANGE = 2;
+    MARK_FORCE = 4;
+    /// Steps whose marks are kept: the last one's, this one's, and the next one's to be cleared.
     MARKS = 3;
-    /// Threads of a block.
+    /// Threads of a block; of the list build, where a warp has a part of the shared memory of its block, one of half of it.
     BLOCK = 256;
+    LIST_BLOCK = 128;
+    /// The largest neighbor cutoff in units of the list build's matrix products: what lies around a group of particles fits well
+    /// into numbers of half precision.
+    TENSOR_REACH = 8;
     /// Entries of the list that are read at once.
     CHUNK = 4;
 }
@@ -130,15 +138,16 @@ layout! {
         pub begin: u32,
         pub trouble: u32,
         pub sort_trouble: u32,
-        pub force_trouble: u32,
         /// Longest row that was asked for.
         pub wanted: u32,
         /// Work that warps have taken in the list build, beyond the first of each.
         pub taken: u32,
-        pub moved: [u32; MARKS as usize],
-        pub barrier: u32,
-        /// What the barrier stands at between kernels.
-        pub target: u32,
+        pub marks: [u32; MARKS as usize],
+        /// Which of the two words of the barrier is next.
+        pub turn: u32,
+        pub barrier: [u64; 2],
+        /// What these stand at between kernels.
+        pub met: [u64; 2],
     }
 
     /// Constants of a scene between two actions of the host.
@@ -174,8 +183,12 @@ layout! {
         pub pitch: u64,
         /// Units of an axis's fixed-point differences in those of the coarsest axis.
         pub scale: [f32; 3],
-        /// Squared distance, in fixed-point units, beyond which no pair is in the list.
-        pub reach: f32,
+        /// Fixed-point units in those of the list build's matrix products, squares of the coarsest axis's, and there the largest
+        /// squared cutoff and half the width of the band in which f32 arithmetic must not decide.
+        pub tensor_unit: [f32; 3],
+        pub tensor_square: f32,
+        pub tensor_limit: f32,
+        pub tensor_band: f32,
         pub storage_bins: [u32; 3],
         /// Cells of the table.
         pub table: [u32; 3],

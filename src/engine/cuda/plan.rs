@@ -1,9 +1,9 @@
 //! From a program and where its particles are to what kernels are given: shape, constants, tables.
 
-use super::layout::{CHUNK, Limit, Scene};
-use super::memory;
-use super::shape::{Shape, blocks_for, groups_for, lanes_for};
+use super::layout::{Limit, Scene, TENSOR_REACH};
+use super::shape::Shape;
 use super::source::pair_numbers;
+use crate::engine::tuned::{Choices, Table};
 use crate::engine::{Precision, Program, particles};
 use crate::neighbor::axis::{Axis, Reach};
 use crate::neighbor::cells::most_dense_cells;
@@ -15,10 +15,10 @@ use crate::system::{SimulationBox, Vec3};
 /// Most of LAMMPS's bins a particle that storage order is sorted by.
 const BINS_PER_PARTICLE: f64 = 16.0;
 
-/// Threads a row, and places for entries in it, other than what the size of the scene suggests.
+/// What is done otherwise than the table of choices and the size of the scene suggest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tuning {
-    pub lanes: Option<u32>,
+    pub choices: Option<Choices>,
     /// Places of a row at the start; rows grow as they have to.
     pub capacity: Option<u32>,
 }
@@ -59,11 +59,13 @@ pub struct Given<'a> {
     /// Pairs are to be worked out in double precision whatever the precision of the rest.
     pub double_pairs: bool,
     pub tuning: Tuning,
+    /// Of the device, "sm_90".
+    pub architecture: &'a str,
 }
 
 impl Plan {
     pub fn new(given: &Given<'_>) -> Self {
-        let Given { program, simulation_box, bounds: (low, high), n, precision, tuning, .. } = *given;
+        let Given { program, simulation_box, bounds: (low, high), n, precision, tuning, architecture, .. } = *given;
         let cutoffs = program.pair.neighbor_cutoffs(program.policy.skin);
         let radius = cutoffs.iter().copied().fold(0.0, f64::max);
         let smallest = cutoffs.iter().copied().filter(|r| *r > 0.0).fold(f64::INFINITY, f64::min);
@@ -102,13 +104,12 @@ impl Plan {
             }
         }
 
-        shape.long_pitch = memory::pitch(n) * u64::from(CHUNK) * shape.entry() as u64 > u32::MAX.into();
-
         let (table, folded) = fold(&grid, n);
         shape.folded = folded;
-        shape.blocks_at_least = blocks_for(n, shape.double_pairs);
-        shape.lanes = tuning.lanes.unwrap_or(lanes_for(n));
-        (shape.group, shape.slices) = groups_for(n);
+        let row = if shape.double_pairs { Precision::Double } else { precision };
+        let choices = tuning.choices.unwrap_or_else(|| Table::built_in().choices(architecture, row, n));
+        Choices { lanes: shape.lanes, group: shape.group, slices: shape.slices, blocks: shape.blocks_at_least } =
+            choices;
         let cells = table.iter().map(|t| u64::from(*t)).product::<u64>();
         let buckets = cells * OCTANTS as u64;
         let storage = storage_bins(given, radius);
@@ -128,6 +129,12 @@ impl Plan {
             let (inner, outer) = guard::limits(*r, coarsest, coordinate, span);
             Limit { inner, outer, squared: r * r }
         };
+        let largest = limit(&radius);
+        // Squared lengths in the units of matrix products.
+        let tensor =
+            |squared: f64| if radius > 0.0 { squared * (f64::from(TENSOR_REACH) / radius).powi(2) } else { 0.0 };
+        let (inner, outer) = (f64::from(largest.inner), f64::from(largest.outer));
+        shape.cutoffs = cutoffs.iter().any(|r| *r != radius);
         let ties = Ties::new(&cutoffs, simulation_box);
         let (visits, visit_starts) = visits(&grid);
         let images = images(shape.most_images);
@@ -171,7 +178,11 @@ impl Plan {
             every: program.policy.every,
             delay: program.policy.delay,
             pitch: 0,
-            reach: cutoffs.iter().map(|r| limit(r).outer).fold(0.0, f32::max) * (1.0 + 1e-5),
+            tensor_unit: quanta.map(|q| tensor(1.0 / q.powi(2)).sqrt() as f32),
+            tensor_square: tensor(coarsest.powi(-2)) as f32,
+            tensor_limit: tensor(0.5 * (inner + outer) / coarsest.powi(2)) as f32,
+            // Without a cutoff everything is looked at exactly.
+            tensor_band: if radius > 0.0 { tensor(0.5 * (outer - inner) / coarsest.powi(2)) as f32 } else { f32::MAX },
             scale: quanta.map(|q| (coarsest / q) as f32),
             storage_bins,
             table,

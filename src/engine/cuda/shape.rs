@@ -4,35 +4,6 @@ use crate::engine::{Precision, Program};
 use crate::neighbor::Search;
 use crate::system::{GROUP_ALL, SimulationBox};
 
-/// Threads that share a particle's row in the force stage: a table by size, from measurements on an H100 of a melted
-/// Lennard-Jones liquid.
-pub fn lanes_for(n: usize) -> u32 {
-    match n {
-        0..12_000 => 16,
-        12_000..130_000 => 4,
-        _ => 2,
-    }
-}
-
-/// Particles of an octant that a warp lists together, and warps that share an octant, from the same measurements.
-pub fn groups_for(n: usize) -> (u32, u32) {
-    match n {
-        0..12_000 => (2, 16),
-        12_000..60_000 => (16, 2),
-        _ => (32, 1),
-    }
-}
-
-/// Blocks that are to fit on a multiprocessor, from the same measurements: more of them have fewer registers a thread.
-pub fn blocks_for(n: usize, double_pairs: bool) -> u32 {
-    match n {
-        0..60_000 if double_pairs => 2,
-        0..130_000 => 3,
-        _ if double_pairs => 3,
-        _ => 4,
-    }
-}
-
 /// Everything that decides the text of the kernels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
@@ -49,13 +20,13 @@ pub struct Shape {
     pub most_images: [u32; 3],
     pub index_bits: u32,
     pub wide_entries: bool,
-    /// A pitch of the list has more bytes than 32 bits count.
-    pub long_pitch: bool,
     /// Fixed-point units differ between axes.
     pub scaled: bool,
     /// Cells far apart share a place in the table.
     pub folded: bool,
     pub compact: bool,
+    /// Neighbor cutoffs differ between pairs of types.
+    pub cutoffs: bool,
     pub rebuilds: bool,
     pub check: bool,
     pub storage_sort: bool,
@@ -87,10 +58,10 @@ impl Shape {
             most_images: [0; 3],
             index_bits: 32,
             wide_entries: false,
-            long_pitch: false,
             scaled: false,
             folded: false,
             compact: program.search == Search::Trimmed,
+            cutoffs: false,
             rebuilds: !policy.once,
             check: policy.check && !policy.once,
             storage_sort: program.storage_sort.is_some_and(|sort| sort.every > 0),
@@ -121,7 +92,7 @@ impl Shape {
 
     /// CUDA C type of what pair arithmetic reads of a particle, and its bytes.
     pub fn slot(&self) -> (&'static str, usize) {
-        if self.double_pairs { ("Slot", 32) } else { ("int4", 16) }
+        ("Slot", if self.double_pairs { 32 } else { 16 })
     }
 
     /// Periodic images that an entry can name.

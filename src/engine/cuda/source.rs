@@ -22,6 +22,7 @@ const GRID: Stage = ("kernels/grid.cuh", include_str!("../../../kernels/grid.cuh
 const MOTION: Stage = ("kernels/motion.cuh", include_str!("../../../kernels/motion.cuh"));
 const CELLS: Stage = ("kernels/cells.cuh", include_str!("../../../kernels/cells.cuh"));
 const SORT: Stage = ("kernels/sort.cuh", include_str!("../../../kernels/sort.cuh"));
+const PRODUCTS: Stage = ("kernels/products.cuh", include_str!("../../../kernels/products.cuh"));
 const SEARCH: Stage = ("kernels/search.cuh", include_str!("../../../kernels/search.cuh"));
 const FORCE: Stage = ("kernels/force.cuh", include_str!("../../../kernels/force.cuh"));
 const SORT_KERNEL: Stage = ("kernels/sort.cu", include_str!("../../../kernels/sort.cu"));
@@ -38,13 +39,18 @@ pub struct Unit {
     pub text: String,
 }
 
-/// 1 / x to a unit in the last place, in a quarter of the instructions of a division: an estimate of 20 bits, made exact by two
-/// steps of Newton's method.
+/// 1 / x to a unit in the last place. In double precision in a quarter of the instructions of a division: an estimate of 20 bits,
+/// made exact by two steps of Newton's method. In single precision without care for numbers below 1e-38.
 const RECIPROCAL: &str = "__device__ __forceinline__ double reciprocal(double x) {
     double y;
     asm(\"rcp.approx.ftz.f64 %0, %1;\" : \"=d\"(y) : \"d\"(x));
     y = fma(fma(-x, y, 1.0), y, y);
     return fma(fma(-x, y, 1.0), y, y);
+}
+__device__ __forceinline__ float reciprocal(float x) {
+    float y;
+    asm(\"rcp.approx.ftz.f32 %0, %1;\" : \"=f\"(y) : \"f\"(x));
+    return y;
 }
 ";
 
@@ -81,7 +87,7 @@ pub fn units(program: &Program, shape: &Shape) -> Vec<Unit> {
     };
     vec![
         unit(&["sort"], &[CELLS, SORT, SORT_KERNEL]),
-        unit(&["list"], &[CELLS, SEARCH, LIST_KERNEL]),
+        unit(&["list"], &[CELLS, PRODUCTS, SEARCH, LIST_KERNEL]),
         unit(&["conclude", "kinetic"], &[FORCE, CONCLUDE]),
         unit(&["advance"], &[FORCE, ADVANCE]),
     ]
@@ -93,11 +99,12 @@ fn common(program: &Program, shape: &Shape) -> String {
     text += &numbers_text();
     text += &format!("typedef {} store;\ntypedef {} real;\n", shape.store().0, shape.real().0);
     text += if shape.wide_entries { "typedef unsigned long long Entry;\n" } else { "typedef unsigned int Entry;\n" };
-    text += if shape.long_pitch { "typedef unsigned long long Stride;\n" } else { "typedef unsigned int Stride;\n" };
     text += "typedef unsigned int u32;\ntypedef unsigned long long u64;\ntypedef long long i64;\n";
     text += "struct __align__(16) Chunk { Entry entry[CHUNK]; };\n";
     if shape.double_pairs {
         text += "struct __align__(16) Slot { double x, y, z, w; };\n";
+    } else {
+        text += "typedef int4 Slot;\n";
     }
     text += RECIPROCAL;
     for layout in [Control::text(), Order::text(), Scene::text(), Limit::text(), arrays::text(shape)] {
@@ -131,6 +138,7 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("SCALED", shape.scaled),
         ("FOLDED", shape.folded),
         ("COMPACT", shape.compact),
+        ("CUTOFFS", shape.cutoffs),
         ("REBUILDS", shape.rebuilds),
         ("CHECK", shape.check),
         ("STORAGE_SORT", shape.storage_sort),
