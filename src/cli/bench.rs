@@ -7,6 +7,7 @@ use super::{BenchArgs, SceneArg};
 use crate::Error;
 use crate::bench::{self, Ended, Options, Row, Said, Scene};
 use crate::engine::Precision;
+use crate::engine::tuned::Choices;
 use crate::output::check_writable;
 use crate::session::{self, Settings};
 
@@ -88,8 +89,11 @@ fn tell(said: &Said<'_>) {
         }
         Said::Tried(tried) => {
             let spread = tried.steps_per_s;
+            let kernels = tried.choices.map_or(String::new(), |Choices { lanes, group, slices, blocks }| {
+                format!(", lanes {lanes}, group {group}, slices {slices}, blocks {blocks}")
+            });
             say!(
-                "{:>9} atoms, {:<6}, skin {:.1}: {:.1} steps/s ({:.1} to {:.1}){}",
+                "{:>9} atoms, {:<6}, skin {:.2}{kernels}: {:.1} steps/s ({:.1} to {:.1}){}",
                 tried.atoms,
                 tried.precision,
                 tried.skin,

@@ -152,7 +152,7 @@ struct BenchArgs {
     /// Write the table as CSV, with all columns.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Try skins of 0.2 to 1.0 instead, and write a table with the fastest to FILE.
+    /// Try skins of 0.2 to 1.0 and, on a GPU, ways to make the kernels, and write a table with the fastest to FILE.
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "tuned.txt", conflicts_with_all = ["csv", "skin"])]
     tune: Option<PathBuf>,
 }
@@ -262,6 +262,7 @@ impl RunArgs {
             threads: self.threads.unwrap_or(0).into(),
             precision: Precision::ALL[self.precision as usize],
             search: self.search.into(),
+            choices: None,
             log: Some(self.log),
             json: self.json,
             explain: self.explain,

@@ -29,6 +29,14 @@ pub struct Choices {
     pub blocks: u32,
 }
 
+/// What a tuning run found best at a size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    pub skin: f64,
+    /// `None` where there was nothing to choose.
+    pub choices: Option<Choices>,
+}
+
 /// Where the table leaves a choice open.
 const PLAIN: Choices = Choices { lanes: 2, group: 32, slices: 1, blocks: 3 };
 
@@ -107,23 +115,33 @@ impl Table {
         self.row(architecture, precision, atoms).map_or(PLAIN_SKIN, |row| row.skin)
     }
 
-    /// Takes over skins from numbers of atoms on, ascending; the other choices stay what they were.
-    pub fn set_skins(&mut self, architecture: &str, precision: Precision, skins: &[(usize, f64)], from: &str) {
+    /// Takes over what was found best from numbers of atoms on, ascending; choices that were not tried stay what they were.
+    pub fn set(&mut self, architecture: &str, precision: Precision, found: &[(usize, Found)], from: &str) {
         let known: Vec<Row> =
             self.nearest(architecture).map(|known| self.of(known, precision).cloned().collect()).unwrap_or_default();
-        let mut starts: Vec<usize> = known.iter().map(|row| row.atoms).chain(skins.iter().map(|s| s.0)).collect();
+        let mut starts: Vec<usize> = known.iter().map(|row| row.atoms).chain(found.iter().map(|f| f.0)).collect();
         starts.push(0);
         starts.sort_unstable();
         starts.dedup();
         let mut fresh: Vec<Row> = Vec::new();
         for atoms in starts {
-            let skin = skins.iter().take_while(|s| s.0 <= atoms).last().or(skins.first()).map_or(PLAIN_SKIN, |s| s.1);
+            let best = found.iter().take_while(|f| f.0 <= atoms).last().or(found.first()).map(|f| f.1);
             let old = known.iter().rfind(|row| row.atoms <= atoms);
-            let [lanes, group, slices, blocks] =
-                old.map_or([None; 4], |old| [old.lanes, old.group, old.slices, old.blocks]);
-            let architecture = architecture.to_string();
-            let row =
-                Row { architecture, precision, atoms, lanes, group, slices, blocks, skin, from: from.to_string() };
+            let tried = best.and_then(|best| best.choices);
+            let choice = |new: fn(Choices) -> u32, old_one: fn(&Row) -> Option<u32>| {
+                tried.map(new).or_else(|| old.and_then(old_one))
+            };
+            let row = Row {
+                architecture: architecture.to_string(),
+                precision,
+                atoms,
+                lanes: choice(|new| new.lanes, |old| old.lanes),
+                group: choice(|new| new.group, |old| old.group),
+                slices: choice(|new| new.slices, |old| old.slices),
+                blocks: choice(|new| new.blocks, |old| old.blocks),
+                skin: best.map_or(PLAIN_SKIN, |best| best.skin),
+                from: from.to_string(),
+            };
             if fresh.last().is_none_or(|last| Row { atoms, ..last.clone() } != row) {
                 fresh.push(row);
             }
@@ -215,14 +233,18 @@ mod tests {
 
     #[test]
     fn new_skins_leave_the_other_choices() {
+        let skin = |skin| Found { skin, choices: None };
         let mut table = Table::read(TEXT).unwrap();
-        table.set_skins("sm_80", Precision::Mixed, &[(0, 0.7), (100_000, 0.3)], "new");
+        table.set("sm_80", Precision::Mixed, &[(0, skin(0.7)), (100_000, skin(0.3))], "new");
         let rows: Vec<_> = table.of("sm_80", Precision::Mixed).map(|row| (row.atoms, row.lanes, row.skin)).collect();
         assert_eq!(rows, [(0, Some(16), 0.7), (12_000, Some(4), 0.7), (100_000, Some(4), 0.3)]);
-        table.set_skins("sm_89", Precision::Mixed, &[(0, 0.2)], "new");
+        table.set("sm_89", Precision::Mixed, &[(0, skin(0.2))], "new");
         assert_eq!(table.row("sm_89", Precision::Mixed, 5).map(|row| (row.lanes, row.skin)), Some((Some(8), 0.2)));
-        table.set_skins("sm_80", Precision::Double, &[(0, 0.6), (50, 0.6)], "new");
+        table.set("sm_80", Precision::Double, &[(0, skin(0.6)), (50, skin(0.6))], "new");
         assert_eq!(table.of("sm_80", Precision::Double).count(), 1);
+        let choices = Choices { lanes: 32, group: 8, slices: 4, blocks: 1 };
+        table.set("sm_80", Precision::Mixed, &[(0, Found { skin: 0.5, choices: Some(choices) })], "new");
+        assert_eq!(table.choices("sm_80", Precision::Mixed, 20_000), choices);
         assert_eq!(Table::read(&table.text()), Ok(table));
     }
 

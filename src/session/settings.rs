@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use crate::Error;
 use crate::engine::cpu::{CpuBackend, CpuOptions};
+use crate::engine::tuned::Choices;
 use crate::engine::{Backend, Precision};
 use crate::neighbor::Search;
 use crate::real::Isa;
@@ -33,6 +34,8 @@ pub struct Settings {
     pub threads: usize,
     pub precision: Precision,
     pub search: Search,
+    /// What the kernels of a GPU are made with, other than the table says: for the run that makes the table.
+    pub choices: Option<Choices>,
     /// Log file; `None` for no log.
     pub log: Option<PathBuf>,
     /// Where the JSON report goes.
@@ -75,12 +78,13 @@ impl Settings {
 
     #[cfg(feature = "cuda")]
     fn cuda_engine(&self) -> Result<Box<dyn Backend>, String> {
-        use crate::engine::cuda::{CudaBackend, CudaOptions};
+        use crate::engine::cuda::{CudaBackend, CudaOptions, Tuning};
         if self.backend == BackendChoice::Cpu {
             return Err("not asked for".into());
         }
         let device = self.device.unwrap_or(0) as usize;
-        let options = CudaOptions { device, precision: self.precision, ..CudaOptions::default() };
+        let tuning = Tuning { choices: self.choices, ..Tuning::default() };
+        let options = CudaOptions { device, precision: self.precision, tuning };
         let backend = CudaBackend::new(options).and_then(|backend| backend.check_compiler().map(|()| backend));
         Ok(Box::new(backend.map_err(|e| e.to_string())?))
     }

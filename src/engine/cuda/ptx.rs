@@ -24,7 +24,7 @@ pub struct Content {
 /// What an atom costs in a step. Code that is there more than once counts as its longest copy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StepContent {
-    /// The second half of the last step and the first half of this one.
+    /// The second half of a step and the first half of the next one, without reading the force.
     pub moving: Content,
     /// [`StepContent::ENTRIES`] entries of its row, on a step without energy and virial.
     pub force: Content,
