@@ -9,7 +9,7 @@ use crate::bench::{self, Ended, Options, Row, Said, Scene};
 use crate::engine::Precision;
 use crate::engine::tuned::Choices;
 use crate::output::check_writable;
-use crate::session::{self, Settings};
+use crate::session;
 
 /// Measures, or tunes; prints rows as they come and writes them to the file.
 pub fn bench(args: BenchArgs) -> Result<ExitCode, Error> {
@@ -20,12 +20,7 @@ pub fn bench(args: BenchArgs) -> Result<ExitCode, Error> {
         }
     }
     let options = Options {
-        settings: Settings {
-            backend: args.backend.into(),
-            device: args.device,
-            threads: args.threads.unwrap_or(0).into(),
-            ..Settings::default()
-        },
+        settings: args.engine.settings(),
         precisions,
         sizes: args.sizes,
         scene: args.scene.into(),

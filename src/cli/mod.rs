@@ -58,10 +58,9 @@ struct ScriptArgs {
     variables: Vec<(String, String)>,
 }
 
+/// Where to run.
 #[derive(Args)]
-struct RunArgs {
-    #[command(flatten)]
-    script: ScriptArgs,
+struct EngineArgs {
     /// Engine to run on.
     #[arg(long, value_enum, default_value_t)]
     backend: BackendArg,
@@ -71,6 +70,21 @@ struct RunArgs {
     /// CPU threads; all cores by default.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
+}
+
+impl EngineArgs {
+    fn settings(&self) -> Settings {
+        let (backend, threads) = (self.backend.into(), self.threads.unwrap_or(0).into());
+        Settings { backend, device: self.device, threads, ..Settings::default() }
+    }
+}
+
+#[derive(Args)]
+struct RunArgs {
+    #[command(flatten)]
+    script: ScriptArgs,
+    #[command(flatten)]
+    engine: EngineArgs,
     /// Arithmetic: all f32; f64 positions and f32 pairs; all f64.
     #[arg(long, value_enum, default_value_t)]
     precision: PrecisionArg,
@@ -122,15 +136,8 @@ follow each other. Exit code 1: a list was wrong, or the energy drifted.";
 
 #[derive(Args)]
 struct BenchArgs {
-    /// Engine to run on.
-    #[arg(long, value_enum, default_value_t)]
-    backend: BackendArg,
-    /// GPU to run on, among those that CUDA_VISIBLE_DEVICES leaves.
-    #[arg(long, value_name = "N")]
-    device: Option<u32>,
-    /// CPU threads; all cores by default.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    engine: EngineArgs,
     /// Arithmetic, one or several.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "mixed,double")]
     precision: Vec<PrecisionArg>,
@@ -257,16 +264,13 @@ impl RunArgs {
     fn settings(self) -> (PathBuf, Settings) {
         let settings = Settings {
             variables: self.script.variables,
-            backend: self.backend.into(),
-            device: self.device,
-            threads: self.threads.unwrap_or(0).into(),
             precision: Precision::ALL[self.precision as usize],
             search: self.search.into(),
-            choices: None,
             log: Some(self.log),
             json: self.json,
             explain: self.explain,
             quiet: self.quiet,
+            ..self.engine.settings()
         };
         (self.script.script, settings)
     }
