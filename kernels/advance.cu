@@ -60,6 +60,7 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) advance(con
             break;
         }
         begin = BEGIN_MOVE;
+        // Where steps are left, this one has begun: a set-up, which has none, is the only place where forces come first.
         if (left == 0) {
             marks = share_marks(a, r, r.step + 1, pair_forces<STAY>(a, s, r));
             begin = BEGIN_END;

@@ -1,5 +1,6 @@
 // After the sort, and again where there was no room for the list.
 
+// Four blocks: registers, and shared memory, for 16 warps on a multiprocessor.
 extern "C" __global__ void __launch_bounds__(LIST_BLOCK, 4) list(const __grid_constant__ Arrays a, const __grid_constant__ Scene s, const __grid_constant__ Order o) {
     const Control* c = a.control;
     if (c->trouble || c->begin != BEGIN_LIST) return;

@@ -46,6 +46,7 @@ __device__ __noinline__ bool is_neighbor(const Arrays& a, const Scene& s, const 
 #if defined(CUTOFFS) && TYPES <= 8
 #define BY_TYPE
 #endif
+// One in both halves of a word.
 #define ONES 0x3c003c00u
 
 // Rows that are written side by side.
@@ -116,6 +117,31 @@ __device__ __forceinline__ void put(u32 at, u32 entry, u32 there) {
 }
 __device__ __forceinline__ void put(u32 at, u64 entry, u32 there) {
     asm volatile("{\n.reg .pred p;\nsetp.ne.u32 p, %2, 0;\n@p st.shared.u64 [%0], %1;\n}" ::"r"(at), "l"(entry), "r"(there) : "memory");
+}
+
+// Columns of the matrices, with x = X + x' as two halves and norms as three:
+//
+//              left half of a row                  right half
+//   particle   -2X -2X -2Y -2Y -2Z -2Z   1   1     -2x' -2y' -2z'   1   n   n'  n''   0     n = |i|^2 less the squared cutoff
+//   candidate    X  x'   Y  y'   Z  z'   N  N'       X    Y    Z   N''  1   1    1    0     N = |j|^2
+//
+// The product of two rows is |i - j|^2 less the squared cutoff, but for x' x' and the like, which are below the rounding.
+__device__ __forceinline__ u32 third_half(float x, u32 two) { return half_of(x - float_of(two & 0xffff) - float_of(two >> 16)); }
+
+// Rows of the group's particles, a thread a row; those without a particle are far from everything.
+__device__ __forceinline__ void write_particle(Bench& w, u32 row, const float3& x, bool there, float squared_cutoff) {
+    const float norm = there ? x.x * x.x + x.y * x.y + x.z * x.z - squared_cutoff : 3e4f;
+    const u32 hx = halves_of(-2 * x.x), hy = halves_of(-2 * x.y), hz = halves_of(-2 * x.z), hn = halves_of(norm);
+    w.left[row] = make_uint4(__byte_perm(hx, 0, 0x1010), __byte_perm(hy, 0, 0x1010), __byte_perm(hz, 0, 0x1010), ONES);
+    w.right[row] = make_uint4(__byte_perm(hx, hy, 0x7632), __byte_perm(hz, ONES, 0x5432), hn, third_half(norm, hn));
+}
+
+// A candidate's row.
+__device__ __forceinline__ void write_candidate(Bench& w, u32 row, const float3& x) {
+    const float norm = x.x * x.x + x.y * x.y + x.z * x.z;
+    const u32 hx = halves_of(x.x), hy = halves_of(x.y), hz = halves_of(x.z), hn = halves_of(norm);
+    w.left[row] = make_uint4(hx, hy, hz, hn);
+    w.right[row] = make_uint4(__byte_perm(hx, hy, 0x5410), __byte_perm(hz, third_half(norm, hn), 0x5410), ONES, ONES & 0xffff);
 }
 
 // Four matrices of 8 x 8 halves, from rows whose addresses the threads have.

@@ -60,13 +60,8 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
                 g.cutoffs[t][k] = halves_of(s.tensor_limit - 0.5f * (limit.inner + limit.outer) * s.tensor_square);
             }
 #endif
-        // |i|^2 less the squared cutoff, as three halves; rows without a particle are far from everything.
-        const float norm = lane < m ? x.x * x.x + x.y * x.y + x.z * x.z - s.tensor_limit : 3e4f;
-        const u32 hx = halves_of(-2 * x.x), hy = halves_of(-2 * x.y), hz = halves_of(-2 * x.z), hn = halves_of(norm), one = ONES & 0xffff;
-        const u32 rest = half_of(norm - float_of(hn & 0xffff) - float_of(hn >> 16));
         __syncwarp();
-        w.left[lane] = make_uint4(__byte_perm(hx, 0, 0x1010), __byte_perm(hy, 0, 0x1010), __byte_perm(hz, 0, 0x1010), ONES);
-        w.right[lane] = make_uint4(__byte_perm(hx, hy, 0x7632), __byte_perm(hz, one, 0x5432), hn, rest);
+        write_particle(w, lane, x, lane < m, s.tensor_limit);
         __syncwarp();
         for (u32 t = 0; t < TILES; t++) {
             const u32 row = t * TILE + (lane & 15);
@@ -163,11 +158,7 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
             if (first_own) own = staged + __popc(bits & (first_own - 1));
             if (close) {
                 const u32 place = (staged + __popc(bits & below)) % 64;
-                const float norm = x.x * x.x + x.y * x.y + x.z * x.z;
-                const u32 hx = halves_of(x.x), hy = halves_of(x.y), hz = halves_of(x.z), hn = halves_of(norm);
-                w.left[place] = make_uint4(hx, hy, hz, hn);
-                const u32 rest = half_of(norm - float_of(hn & 0xffff) - float_of(hn >> 16));
-                w.right[place] = make_uint4(__byte_perm(hx, hy, 0x5410), __byte_perm(hz, rest, 0x5410), ONES, ONES & 0xffff);
+                write_candidate(w, place, x);
 #ifdef BY_TYPE
                 w.kind[place] = (unsigned char)c.q.w;
 #endif

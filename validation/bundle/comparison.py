@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import sys
 from collections.abc import Iterator, Mapping
@@ -89,9 +88,7 @@ def run(
     table: list[Row],
 ) -> Iterator[Outcome]:
     """Every scene and case of the file on ``backend``; the lines of the table are added to ``table``."""
-    reason = device.missing if backend == "cuda" else ""
-    if not reason and importlib.util.find_spec("numpy") is None:
-        reason = f"{sys.executable} has no numpy"
+    reason = device.lacks_for_numpy(backend)
     if reason:
         yield Outcome("validation", "all scenes", SKIPPED, reason)
         return

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib.util
 import shutil
 import subprocess
+import sys
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -24,6 +26,12 @@ class Device:
     @property
     def present(self) -> bool:
         return bool(self.cards)
+
+    def lacks_for_numpy(self, backend: str) -> str:
+        """Why what needs ``backend`` and numpy cannot run here; empty where it can."""
+        if backend == "cuda" and self.missing:
+            return self.missing
+        return "" if importlib.util.find_spec("numpy") else f"{sys.executable} has no numpy"
 
     def as_json(self) -> dict[str, Any]:
         return asdict(self)

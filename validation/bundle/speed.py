@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import subprocess
 import sys
@@ -50,9 +49,7 @@ def run(
 ) -> Iterator[Outcome]:
     """Measures; tables, page and figure go to the folder of results itself."""
     name = "octant beside OpenMM"
-    reason = device.missing if backend == "cuda" else ""
-    if not reason and importlib.util.find_spec("numpy") is None:
-        reason = f"{sys.executable} has no numpy"
+    reason = device.lacks_for_numpy(backend)
     if reason:
         yield Outcome("bench", name, SKIPPED, reason)
         return

@@ -42,7 +42,7 @@ def lines(bench: list[tables.Row], openmm: list[tables.Row], peers: list[tables.
 def _head(bench: list[tables.Row], openmm: list[tables.Row]) -> list[str]:
     stamps = dict.fromkeys((row["date"], row["device"], row["driver"], row["version"], row["commit"]) for row in bench)
     said = [
-        f"{date}, {device}{f', driver {driver}' if driver else ''}, octant {version}, commit {commit}."
+        f"{date}, {device}{f', driver for CUDA {driver}' if driver else ''}, octant {version}, commit {commit}."
         for date, device, driver, version, commit in stamps
     ]
     others = dict.fromkeys(f"{row['program']} {row['version']} ({row['platform']})" for row in openmm)
