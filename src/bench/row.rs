@@ -53,7 +53,7 @@ pub struct Row {
     pub precision: &'static str,
     pub backend: String,
     pub device: String,
-    /// Version of the GPU's driver; empty without one.
+    /// CUDA version of the GPU's driver; empty without one.
     pub driver: String,
     /// Sigma.
     pub skin: f64,
