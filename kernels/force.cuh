@@ -64,11 +64,28 @@ __device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const 
 __device__ __forceinline__ Chunk stream(const Chunk* from) {
     union {
         Chunk chunk;
-        uint4 words[sizeof(Chunk) / 16];
+        uint2 half;
+        uint4 words[(sizeof(Chunk) + 15) / 16];
     } to;
-    for (u32 k = 0; k < sizeof(Chunk) / 16; k++) to.words[k] = __ldcs((const uint4*)from + k);
+    if (sizeof(Chunk) == 8) {
+        to.half = __ldcs((const uint2*)from);
+    } else {
+        for (u32 k = 0; k < sizeof(Chunk) / 16; k++) to.words[k] = __ldcs((const uint4*)from + k);
+    }
     return to.chunk;
 }
+
+#define TEXT_OF(x) #x
+#define TEXT(x) TEXT_OF(x)
+
+#ifdef SHORT
+// A thread's own copy of the runs that its particle sees, apart by 32: in a bank of its own, so that a look-up is one access
+// whatever the particles of a warp see.
+__device__ __forceinline__ u32* own_runs() {
+    __shared__ u32 copies[BLOCK / 32][RUNS][32];
+    return &copies[threadIdx.x / 32][0][threadIdx.x % 32];
+}
+#endif
 
 // What is done with the force on a particle.
 enum Then {
@@ -89,6 +106,9 @@ template <Then THEN> __device__ __forceinline__ u32 pair_forces(const Arrays& a,
     const Pace pace = pace_of(s);
     const Slot* slots = slots_of(a, s, r.step);
     Slot* next = slots_of(a, s, r.step + 1);
+#ifdef SHORT
+    u32* runs = own_runs();
+#endif
     double totals[TOTALS] = {0};
     u32 marks = 0;
     for (u32 i = THREAD / LANES; i < r.n; i += THREADS / LANES) {
@@ -98,6 +118,15 @@ template <Then THEN> __device__ __forceinline__ u32 pair_forces(const Arrays& a,
         const Chunk* row = a.list + lane * s.pitch + i;
         // The next entries are on their way while these are worked out.
         Chunk coming = stream(row);
+#ifdef SHORT
+        const uint4* seen = (const uint4*)runs_of(a, a.homes[i]);
+        for (u32 k = 0; k < RUNS / 4; k++) {
+            const uint4 four = seen[k];
+            const u32 of[4] = {four.x, four.y, four.z, four.w};
+            for (u32 m = 0; m < 4; m++) runs[(4 * k + m) * 32] = of[m];
+        }
+#endif
+        asm volatile("// pair loop, entries: " TEXT(CHUNK));
         asm volatile("// pair loop");
         for (u32 first = lane * CHUNK; first < count; first += LANES * CHUNK) {
             const Chunk chunk = coming;
@@ -111,7 +140,11 @@ template <Then THEN> __device__ __forceinline__ u32 pair_forces(const Arrays& a,
 #else
                 if (first + m >= count) break;
 #endif
+#ifdef SHORT
+                const Entry entry = entry_of(chunk.entry[m], runs, 32);
+#else
                 const Entry entry = chunk.entry[m];
+#endif
 #ifdef IMAGES
                 const u32 code = (u32)(entry >> INDEX_BITS);
 #else

@@ -23,6 +23,16 @@ __device__ __forceinline__ u32 place_of(Entry entry) {
 #endif
 }
 
+#ifdef SHORT
+// Runs that the particles of an octant see: an entry for the first particle of each.
+__device__ __forceinline__ u32* runs_of(const Arrays& a, u32 home) { return a.runs + (u64)home * RUNS; }
+
+// An entry as the list holds it, in full; `runs` may stand in shared memory, `apart` from each other.
+__device__ __forceinline__ Entry entry_of(u32 stored, const u32* runs, u32 apart) {
+    return runs[(stored >> PLACE_BITS) * apart] + (stored & ((1u << PLACE_BITS) - 1));
+}
+#endif
+
 // A number converted here, and not again wherever it is used.
 __device__ __forceinline__ float pinned(float x) {
     asm volatile("" : "+f"(x));

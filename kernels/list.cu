@@ -12,6 +12,6 @@ extern "C" __global__ void __launch_bounds__(LIST_BLOCK, 4) list(const __grid_co
     // Once more, not to keep it in registers during the build.
     read_run(a, r);
     r.ago = 0;
-    const bool fits = read_flag(&c->wanted) <= s.capacity;
-    end_run(a, r, left, fits ? BEGIN_FORCE : BEGIN_LIST, fits ? 0 : TROUBLE_CAPACITY);
+    const u32 trouble = read_flag(&c->sort_trouble) | (read_flag(&c->wanted) <= s.capacity ? 0 : TROUBLE_CAPACITY);
+    end_run(a, r, left, trouble ? BEGIN_LIST : BEGIN_FORCE, trouble);
 }

@@ -5,7 +5,8 @@
 //
 // Row i of the list has neighbors[i] entries; entry k stands at ((k / CHUNK) * pitch + i) * CHUNK + k % CHUNK, so that a chunk
 // is read at once and chunks of neighboring rows stand side by side. An entry is the neighbor's place and, in the bits above
-// INDEX_BITS, the number of the periodic image it is seen in.
+// INDEX_BITS, the number of the periodic image it is seen in. A short one is stored as its place in a run of sorted particles
+// and, in the bits above PLACE_BITS, the number of the run among those that the octant sees.
 
 // Whether an entry is a neighbor of i: decided in double precision, with LAMMPS's rounding across a side.
 __device__ __noinline__ bool is_neighbor(const Arrays& a, const Scene& s, const Run& r, u32 i, Entry entry, double limit) {
@@ -39,7 +40,7 @@ __device__ __noinline__ bool is_neighbor(const Arrays& a, const Scene& s, const 
 // cut off after 23 bits; coordinates have 22 bits.
 #define TENSOR_ERROR 6e-6f
 // Entries of a row that wait in shared memory, and more so that rows begin in different banks.
-#define ROOM (sizeof(Entry) == 8 ? 32 : 64)
+#define ROOM (sizeof(Stored) == 8 ? 32 : 64)
 #define ROW (ROOM + CHUNK)
 
 // Types whose cutoffs fit into a matrix: a word of two halves each. With more of them every pair is tested exactly.
@@ -56,14 +57,16 @@ __device__ __noinline__ bool is_neighbor(const Arrays& a, const Scene& s, const 
 struct Bench {
     // Candidates that wait, as rows of a matrix of halves: in two parts, for sixteen columns.
     uint4 left[64], right[64];
-    Entry entry[64];
+    Stored entry[64];
 #ifdef BY_TYPE
     unsigned char kind[64];
 #endif
-    Entry rows[TILES * TILE][ROW];
+    __align__(16) Stored rows[TILES * TILE][ROW];
     // Bits of the candidates that are neighbors, and the address of their first entry, by row.
     uint2 found[TILES * TILE];
     u32 order[32];
+    // The first particle as an entry of its own row; the others follow.
+    Stored self;
 };
 
 __device__ __forceinline__ float3 relative(const int4& q, const int4& from, const float unit[3]) {
@@ -114,6 +117,9 @@ __device__ __forceinline__ u32 shared_address(const void* p) {
 
 __device__ __forceinline__ void put(u32 at, u32 entry, u32 there) {
     asm volatile("{\n.reg .pred p;\nsetp.ne.u32 p, %2, 0;\n@p st.shared.u32 [%0], %1;\n}" ::"r"(at), "r"(entry), "r"(there) : "memory");
+}
+__device__ __forceinline__ void put(u32 at, unsigned short entry, u32 there) {
+    asm volatile("{\n.reg .pred p;\nsetp.ne.u32 p, %2, 0;\n@p st.shared.u16 [%0], %1;\n}" ::"r"(at), "h"(entry), "r"(there) : "memory");
 }
 __device__ __forceinline__ void put(u32 at, u64 entry, u32 there) {
     asm volatile("{\n.reg .pred p;\nsetp.ne.u32 p, %2, 0;\n@p st.shared.u64 [%0], %1;\n}" ::"r"(at), "l"(entry), "r"(there) : "memory");
@@ -203,27 +209,27 @@ __device__ __forceinline__ u32 column_of(u32 lane) {
 // And the other way around.
 __device__ __forceinline__ u32 lane_of(u32 column) { return 31 - ((column >> 1 & 3) * 8 + (column >> 3) * 2 + (column & 1)); }
 
-__device__ __forceinline__ Entry self_of(const Scene& s, u32 i) {
-#ifdef IMAGES
-    return (Entry)s.no_image << INDEX_BITS | i;
+// An entry of the group's rows in full.
+__device__ __forceinline__ Entry entry_in(const Arrays& a, const Group& g, Stored stored) {
+#ifdef SHORT
+    return entry_of(stored, runs_of(a, a.homes[g.first_i]), 1);
 #else
-    return i;
+    return stored;
 #endif
 }
 
 // Whole chunks leave shared memory; with LAST all that is left, filled up with entries that are no neighbors.
 template <bool LAST> __device__ __forceinline__ void write_chunks(const Arrays& a, const Scene& s, Bench& w, Group& g) {
     __syncwarp();
-    Entry* row = w.rows[g.mine];
+    Stored* row = w.rows[g.mine];
     if (LAST && g.fill > 0)
-        for (u32 k = g.fill; k % CHUNK != 0; k++) row[k] = self_of(s, g.first_i + g.mine);
+        for (u32 k = g.fill; k % CHUNK != 0; k++) row[k] = w.self + g.mine;
     const u32 chunks = (LAST ? g.fill + CHUNK - 1 : g.fill) / CHUNK;
     Chunk* to = a.list + (u64)g.done * s.pitch + g.first_i + g.mine;
     for (u32 c = 0; c < chunks; c++, to += s.pitch)
         if ((g.done + c) * CHUNK < s.capacity) *to = *(const Chunk*)(row + c * CHUNK);
     if (!LAST) {
-        if (chunks > 0)
-            for (u32 k = 0; k < CHUNK - 1; k++) row[k] = row[chunks * CHUNK + k];
+        if (chunks > 0) *(Chunk*)row = *(const Chunk*)(row + chunks * CHUNK);
         g.fill %= CHUNK;
         g.done += chunks;
         __syncwarp();
@@ -285,13 +291,13 @@ __device__ __forceinline__ void test_candidates(const Arrays& a, const Scene& s,
     row = __byte_perm(row, __shfl_xor_sync(~0u, row, 1), g.lane & 1 ? 0x3715 : 0x6240);
     row = __byte_perm(row, __shfl_xor_sync(~0u, row, 2), g.lane & 2 ? 0x6723 : 0x0145);
     const u32 column = column_of(g.lane);
-    const Entry entry = w.entry[base + column];
+    const Stored entry = w.entry[base + column];
     if (__any_sync(~0u, least <= g.band)) {
         row = 0;
         if (g.mine < g.m)
 #pragma unroll 1
             for (u32 n = 0; n < 32; n++)
-                if (column_of(n) < found) row |= (u32)test_exactly(a, s, r, g.first_i + g.mine, w.entry[base + column_of(n)]) << n;
+                if (column_of(n) < found) row |= (u32)test_exactly(a, s, r, g.first_i + g.mine, entry_in(a, g, w.entry[base + column_of(n)])) << n;
     }
     if (found < 32) row &= __ballot_sync(~0u, column < found);
     // Particles of the group come one after the other.
@@ -307,7 +313,7 @@ __device__ __forceinline__ void test_candidates(const Arrays& a, const Scene& s,
 #pragma unroll
         for (u32 l = 0; l < AT_ONCE; l++) of[l] = w.found[k + l];
 #pragma unroll
-        for (u32 l = 0; l < AT_ONCE; l++) put(of[l].y + __popc(of[l].x & below) * (u32)sizeof(Entry), entry, of[l].x & bit);
+        for (u32 l = 0; l < AT_ONCE; l++) put(of[l].y + __popc(of[l].x & below) * (u32)sizeof(Stored), entry, of[l].x & bit);
     }
     if (__any_sync(~0u, g.fill > ROW - 32)) write_chunks<false>(a, s, w, g);
 }

@@ -17,12 +17,12 @@ __device__ __forceinline__ bool enter(const Scene& s, u32 axis, i64& cell, int& 
 // A candidate as it is fetched.
 struct Candidate {
     int4 q;
-    Entry entry;
+    Stored entry;
     bool there;
 };
 
 // Rows of m particles from first_i on, all in one octant of a cell.
-__device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, const Run& r, Bench& w, const u32 cell[3], u32 octant, u32 lane, u32 first_i, u32 m, u64& entries, u64& tests, u32& most) {
+__device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, const Run& r, Bench& w, const u32 cell[3], u32 bucket, u32 lane, u32 first_i, u32 m, u64& entries, u64& tests, u32& most) {
     Group g;
     g.first_i = first_i, g.m = m, g.lane = lane, g.mine = row_of(lane), g.fill = 0, g.done = 0;
     // Products are of coordinates relative to the middle of the group, in units that have the largest cutoff at
@@ -32,6 +32,9 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
     float width[3], reach;
     {
         const int4 own = a.fixed[first_i + (lane < m ? lane : 0)];
+#ifdef SHORT
+        if (lane < m) a.homes[first_i + lane] = bucket;
+#endif
         const int from[3] = {__shfl_sync(~0u, own.x, 0), __shfl_sync(~0u, own.y, 0), __shfl_sync(~0u, own.z, 0)};
         const int at[3] = {own.x - from[0], own.y - from[1], own.z - from[2]};
         int center[3];
@@ -69,7 +72,7 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
         }
         __syncwarp();
     }
-    const u32 last = a.visit_starts[octant + 1];
+    const u32 octant = bucket % OCTANTS, last = a.visit_starts[octant + 1];
     u32 staged = 0, tested = 0, own = 1u << 31;
     for (u32 first = a.visit_starts[octant]; first < last; first += 32) {
         // A run a lane: where it begins, how long it is, and what its particles are to be shifted by.
@@ -117,6 +120,33 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
         }
         const u32 all = __shfl_sync(~0u, upto, 31), offset = begin - (upto - length);
         tests += (u64)all * m;
+        // The first of the group among these candidates, and what makes entries of them.
+#ifdef IMAGES
+        bool home = code == s.no_image;
+        const Entry first_entry = (Entry)code << INDEX_BITS | begin;
+#else
+        bool home = true;
+        const Entry first_entry = begin;
+#endif
+#ifdef FOLDED
+        home &= wanted_cell == cell_number(cell);
+#endif
+        const u32 at_home = __ballot_sync(~0u, home && first_i - begin < length);
+        u32 own_at = 1u << 31;
+#ifdef SHORT
+        const Stored shorter = (from << PLACE_BITS) - (upto - length);
+        if (length > 0) runs_of(a, bucket)[from] = first_entry;
+        if (__any_sync(~0u, length > 1u << PLACE_BITS)) atomicOr(&a.control->sort_trouble, TROUBLE_RUNS);
+#endif
+        if (at_home) {
+            const u32 run = __ffs(at_home) - 1;
+            own_at = first_i - __shfl_sync(~0u, offset, run);
+#ifdef SHORT
+            if (lane == run) w.self = shorter + own_at;
+#else
+            if (lane == run) w.self = first_entry + first_i - begin;
+#endif
+        }
         const auto fetch = [&](u32 base) {
             Candidate c;
             c.there = base + lane < all;
@@ -128,12 +158,18 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
             const u32 run = __popc(__ballot_sync(~0u, upto <= base)) + __popc(ends & ((2u << (t - base)) - 1));
             const u32 j = t + __shfl_sync(~0u, offset, run);
             c.q = a.fixed[j];
+#ifdef SHORT
+            c.entry = __shfl_sync(~0u, (u32)shorter, run) + t;
+#else
             c.entry = j;
+#endif
 #ifdef IMAGES
             const u32 image = __shfl_sync(~0u, code, run);
             const int4 shift = a.fixed_shifts[image];
             c.q.x += shift.x, c.q.y += shift.y, c.q.z += shift.z;
+#ifndef SHORT
             c.entry |= (Entry)image << INDEX_BITS;
+#endif
 #endif
 #ifdef FOLDED
             const u64 wanted = __shfl_sync(~0u, wanted_cell, run);
@@ -147,15 +183,17 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
         };
         Candidate coming = {};
         if (all > 0) coming = fetch(0);
-        for (u32 base = 0; base < all; base += 32) {
+        const bool final = first + 32 >= last;
+        u32 base = 0;
+#pragma unroll 1
+        do {
             const Candidate c = coming;
             if (base + 32 < all) coming = fetch(base + 32);
             const float3 x = relative(c.q, middle, unit);
             const float gx = fmaxf(fabsf(x.x) - width[0], 0.0f), gy = fmaxf(fabsf(x.y) - width[1], 0.0f), gz = fmaxf(fabsf(x.z) - width[2], 0.0f);
             const bool close = c.there && gx * gx + gy * gy + gz * gz <= reach;
             const u32 bits = __ballot_sync(~0u, close);
-            const u32 first_own = __ballot_sync(~0u, close && c.entry == self_of(s, first_i));
-            if (first_own) own = staged + __popc(bits & (first_own - 1));
+            if (own_at - base < 32) own = staged + __popc(bits & ((1u << (own_at - base)) - 1));
             if (close) {
                 const u32 place = (staged + __popc(bits & below)) % 64;
                 write_candidate(w, place, x);
@@ -165,17 +203,18 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
                 w.entry[place] = c.entry;
             }
             staged += __popc(bits);
-            if (staged - tested >= 32) {
+            base += 32;
+            // Whole batches, and at the end what is left.
+            const u32 enough = final && base >= all ? 1 : 32;
+#pragma unroll 1
+            while (staged - tested >= enough) {
+                const u32 found = staged - tested < 32 ? staged - tested : 32;
                 __syncwarp();
-                test_candidates(a, s, r, w, g, tested % 64, 32, own - tested);
-                tested += 32;
+                test_candidates(a, s, r, w, g, tested % 64, found, own - tested);
+                tested += found;
                 __syncwarp();
             }
-        }
-    }
-    if (staged > tested) {
-        __syncwarp();
-        test_candidates(a, s, r, w, g, tested % 64, staged - tested, own - tested);
+        } while (base < all);
     }
     write_chunks<true>(a, s, w, g);
     if (g.mine < m) {
@@ -230,10 +269,10 @@ __device__ void build_list(const Arrays& a, const Scene& s, const Run& r) {
                 m = __popc(__ballot_sync(~0u, there && number == wanted));
                 for (u32 axis = 0; axis < 3; axis++) cell[axis] = __shfl_sync(~0u, cell[axis], 0);
 #else
-                const u32 place = bucket / OCTANTS, octant = bucket % OCTANTS;
+                const u32 place = bucket / OCTANTS;
                 const u32 cell[3] = {place % s.table[0], place / s.table[0] % s.table[1], place / s.table[0] / s.table[1]};
 #endif
-                list_group(a, s, r, benches[threadIdx.x >> 5], cell, octant, lane, first, m, entries, tests, most);
+                list_group(a, s, r, benches[threadIdx.x >> 5], cell, bucket, lane, first, m, entries, tests, most);
                 first += m;
             }
         }

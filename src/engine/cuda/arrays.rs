@@ -1,5 +1,7 @@
 //! The arrays on the device: which a scene has, how many entries each, and the struct that kernels find them in.
 
+#[cfg(doc)]
+use super::layout::RUNS;
 use super::layout::TOTALS;
 use super::shape::Shape;
 
@@ -12,6 +14,8 @@ pub enum Count {
     Buckets,
     /// Entries for each block of the grid.
     Blocks(usize),
+    /// [`RUNS`] entries a bucket.
+    Runs,
     /// The list.
     List,
     /// As many as there are values for it.
@@ -29,7 +33,7 @@ pub struct Array {
 
 /// The arrays of a scene, in the order of the struct; one that a scene does not use is not there.
 pub fn arrays(shape: &Shape) -> Vec<Array> {
-    use Count::{Blocks, Buckets, Columns, List, Values};
+    use Count::{Blocks, Buckets, Columns, List, Runs, Values};
     let store = shape.store();
     let real = shape.real();
     let slot = shape.slot();
@@ -76,6 +80,9 @@ pub fn arrays(shape: &Shape) -> Vec<Array> {
         (shape.images && shape.double_pairs, "images", int4, Values),
         // The list.
         (true, "neighbors", u32, Columns(1)),
+        // Of short entries: the octant of each particle, and first entries of the runs that its particles see.
+        (shape.short_entries, "homes", u32, Columns(1)),
+        (shape.short_entries, "runs", u32, Runs),
         (true, "list", ("Chunk", shape.entry()), List),
     ];
     all.into_iter().filter(|(there, ..)| *there).map(|(_, name, entry, count)| Array { name, entry, count }).collect()

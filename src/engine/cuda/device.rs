@@ -123,6 +123,7 @@ pub unsafe trait Plain: Copy + Default {}
 // SAFETY: numbers and arrays of them.
 unsafe impl Plain for f64 {}
 unsafe impl Plain for f32 {}
+unsafe impl Plain for u16 {}
 unsafe impl Plain for u32 {}
 unsafe impl Plain for i32 {}
 unsafe impl Plain for u64 {}

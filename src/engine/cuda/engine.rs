@@ -56,6 +56,8 @@ pub struct Engine {
     pub lost: usize,
     /// Times that arrays had to grow, or the grid to move.
     pub redone: u64,
+    /// Runs of particles have been longer than short entries can say.
+    pub(super) long_runs: bool,
     /// The step of the last set-up, from which on builds are counted.
     pub(super) counting_from: i64,
     pub(super) seconds_per_step: f64,
@@ -88,6 +90,7 @@ impl Engine {
             n: particles.len(),
             precision,
             double_pairs: false,
+            long_runs: false,
             tuning,
             architecture: &compiler.device.architecture(),
         });
@@ -112,6 +115,7 @@ impl Engine {
             pair_sums: [0.0; TOTALS as usize],
             lost: 0,
             redone: 0,
+            long_runs: false,
             counting_from: step,
             seconds_per_step: 0.0,
             base: [0; 5],
@@ -151,7 +155,7 @@ impl Engine {
     }
 
     pub(super) fn set_capacity(&mut self, wanted: u32) {
-        let capacity = wanted.max(1).next_multiple_of(CHUNK);
+        let capacity = wanted.max(1).next_multiple_of(self.plan.shape.chunk());
         (self.plan.scene.capacity, self.plan.scene.pitch) = (capacity, self.sizes.pitch);
         self.sizes.list = u64::from(capacity) * self.sizes.pitch;
     }
@@ -215,9 +219,9 @@ impl Engine {
     fn plan_for(&self, bounds: (Vec3, Vec3), n: usize) -> Plan {
         let Self { program, simulation_box, precision, tuning, .. } = self;
         let double_pairs = self.plan.shape.double_pairs;
-        let (precision, tuning) = (*precision, *tuning);
+        let (precision, tuning, long_runs) = (*precision, *tuning, self.long_runs);
         let architecture = &self.compiler.device.architecture();
-        Plan::new(&Given { program, simulation_box, bounds, n, precision, double_pairs, tuning, architecture })
+        Plan::new(&Given { program, simulation_box, bounds, n, precision, double_pairs, long_runs, tuning, architecture })
     }
 
     /// Goes over to a plan; false where its kernels or arrays have to be made first.

@@ -3,7 +3,6 @@
 use super::arrays::{Count, arrays};
 use super::compiled::Launch;
 use super::engine::Engine;
-use super::layout::CHUNK;
 use super::ptx::{StepContent, step_content};
 
 /// Line by line.
@@ -15,7 +14,7 @@ pub fn explain(engine: &Engine) -> Vec<String> {
         n => format!("{n} threads a particle"),
     };
     let pairs = if shape.double_pairs { "f64" } else { "f32 on fixed-point coordinates" };
-    let mut lines = vec![format!("Pair loop: {lanes}, {CHUNK} entries at a time; arithmetic in {pairs}")];
+    let mut lines = vec![format!("Pair loop: {lanes}, {} entries at a time; arithmetic in {pairs}", shape.chunk())];
     for (name, Launch { kernel, blocks, .. }) in compiled.launches() {
         lines.push(format!(
             "Kernel {name}: {} registers and {} bytes of local memory a thread, {} bytes of shared memory a block; {blocks} \
@@ -59,8 +58,8 @@ pub fn explain(engine: &Engine) -> Vec<String> {
 /// What an atom with so many entries in its row costs in a step; `beside` are the bytes of the pair stage that are not moved
 /// in its loop.
 fn step_lines(step: &StepContent, entries: f64, beside: usize) -> [String; 2] {
-    let an_entry = |loop_content: usize| loop_content as f64 / StepContent::ENTRIES as f64;
-    let StepContent { moving, force, sums } = step;
+    let an_entry = |loop_content: usize| loop_content as f64 / step.entries.max(1) as f64;
+    let StepContent { moving, force, sums, .. } = step;
     let (doubles, bytes) = (an_entry(force.doubles), an_entry(force.bytes));
     [
         format!(
@@ -86,7 +85,7 @@ mod tests {
     #[test]
     fn costs_are_of_an_atom_and_step() {
         let content = |doubles, bytes| Content { instructions: 100, doubles, bytes };
-        let step = StepContent { moving: content(30, 148), force: content(4, 80), sums: content(18, 80) };
+        let step = StepContent { entries: 4, moving: content(30, 148), force: content(4, 80), sums: content(18, 80) };
         let [doubles, bytes] = step_lines(&step, 50.0, 32);
         assert!(doubles.ends_with(": 30 as it moves, 50 in the pair loop (1.0 an entry; 4.5 with energy and virial)"));
         assert!(bytes.ends_with(": 148 as it moves, 1000 in the pair loop (20.0 an entry), 32 beside it"), "{bytes}");

@@ -73,6 +73,10 @@ impl Engine {
                 return self.force_fault();
             } else if trouble & TROUBLE_RANGE != 0 {
                 self.fall_back()?;
+            } else if trouble & TROUBLE_RUNS != 0 {
+                self.long_runs = true;
+                let particles = self.read_particles(true)?;
+                return self.build_from(particles, order);
             } else {
                 let particles = self.read_particles(true)?;
                 return self.build_from(particles, order);

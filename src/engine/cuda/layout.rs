@@ -80,6 +80,7 @@ numbers! {
     TROUBLE_CAPACITY = 16;
     TROUBLE_RANGE = 32;
     TROUBLE_BOUNDS = 64;
+    TROUBLE_RUNS = 128;
     /// Stages of a step, for their times.
     STAGE_OTHER = 0;
     STAGE_MODIFY = 1;
@@ -100,8 +101,9 @@ numbers! {
     /// The largest neighbor cutoff in units of the list build's matrix products: what lies around a group of particles fits well
     /// into numbers of half precision.
     TENSOR_REACH = 8;
-    /// Entries of the list that are read at once.
-    CHUNK = 4;
+    /// Runs of sorted particles that a short entry can name, and bits of the place in one.
+    RUNS = 16;
+    PLACE_BITS = 12;
 }
 
 layout! {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::arrays::{Array, Count, arrays};
 use super::device::{Buffer, Device};
-use super::layout::Control;
+use super::layout::{Control, RUNS};
 use super::shape::Shape;
 use crate::neighbor::OCTANTS;
 
@@ -102,6 +102,7 @@ fn bytes(array: &Array, sizes: &Sizes) -> u64 {
     let count = match (array.count, array.name) {
         (Count::Columns(columns), _) => columns as u64 * sizes.pitch,
         (Count::Buckets, _) => sizes.buckets + 1,
+        (Count::Runs, _) => sizes.buckets * u64::from(RUNS),
         (Count::Blocks(each), _) => each as u64 * sizes.blocks,
         (Count::List, _) => sizes.list,
         (Count::Values, "control") => return size_of::<Control>() as u64,

@@ -1,6 +1,6 @@
 //! From a program and where its particles are to what kernels are given: shape, constants, tables.
 
-use super::layout::{Limit, Scene, TENSOR_REACH};
+use super::layout::{Limit, RUNS, Scene, TENSOR_REACH};
 use super::shape::Shape;
 use super::source::pair_numbers;
 use crate::engine::tuned::{Choices, Table};
@@ -14,6 +14,10 @@ use crate::system::{SimulationBox, Vec3};
 
 /// Most of LAMMPS's bins a particle that storage order is sorted by.
 const BINS_PER_PARTICLE: f64 = 16.0;
+
+/// Most threads a row with short entries: where there are more, scenes are small, and the look-up of runs is one read more in
+/// the chain that a step waits for.
+const MOST_SHORT_LANES: u32 = 2;
 
 /// What is done otherwise than the table of choices and the size of the scene suggest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -58,6 +62,8 @@ pub struct Given<'a> {
     pub precision: Precision,
     /// Pairs are to be worked out in double precision whatever the precision of the rest.
     pub double_pairs: bool,
+    /// Runs of particles are longer than short entries can say.
+    pub long_runs: bool,
     pub tuning: Tuning,
     /// Of the device, "sm_90".
     pub architecture: &'a str,
@@ -112,6 +118,14 @@ impl Plan {
             choices;
         let cells = table.iter().map(|t| u64::from(*t)).product::<u64>();
         let buckets = cells * OCTANTS as u64;
+        let (visits, visit_starts) = visits(&grid);
+        // Beyond so many buckets the table of their runs would be larger than what it saves.
+        shape.short_entries = choices.lanes <= MOST_SHORT_LANES
+            && !given.long_runs
+            && !shape.wide_entries
+            && !folded
+            && buckets <= n as u64
+            && visit_starts.windows(2).all(|pair| pair[1] - pair[0] <= RUNS);
         let storage = storage_bins(given, radius);
         shape.storage_sort &= storage.is_some();
         let storage_bins = storage.unwrap_or([1; 3]);
@@ -136,7 +150,6 @@ impl Plan {
         let (inner, outer) = (f64::from(largest.inner), f64::from(largest.outer));
         shape.cutoffs = cutoffs.iter().any(|r| *r != radius);
         let ties = Ties::new(&cutoffs, simulation_box);
-        let (visits, visit_starts) = visits(&grid);
         let images = images(shape.most_images);
         let fixed = |image: &[i32; 4]| {
             let shift = |a: usize| (f64::from(image[a]) * lengths[a] * quanta[a]).round() as i64 as i32;

@@ -1,12 +1,13 @@
 //! Intermediate code as text (NVIDIA: PTX ISA): its entry points, the parts that the stages mark, and what is in them.
 
-use super::layout::CHUNK;
-
 /// Comments that the stages put around a part of their code.
 type Marks = (&'static str, &'static str);
 
 /// Around the loop over a particle's row.
 const PAIR_LOOP: Marks = ("// pair loop", "// end of pair loop");
+
+/// Before the number of entries that one pass of it works on.
+const ENTRIES: &str = "// pair loop, entries: ";
 
 /// Around what is done for a particle as it moves.
 const MOVE: Marks = ("// move", "// end of move");
@@ -24,17 +25,14 @@ pub struct Content {
 /// What an atom costs in a step. Code that is there more than once counts as its longest copy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StepContent {
+    /// Entries of a row that one pass of the pair loop works on.
+    pub entries: usize,
     /// The second half of a step and the first half of the next one, without reading the force.
     pub moving: Content,
-    /// [`StepContent::ENTRIES`] entries of its row, on a step without energy and virial.
+    /// So many entries of its row, on a step without energy and virial.
     pub force: Content,
     /// The same on a step with them.
     pub sums: Content,
-}
-
-impl StepContent {
-    /// Entries of a row that one pass of the pair loop works on.
-    pub const ENTRIES: usize = CHUNK as usize;
 }
 
 /// Content of some code.
@@ -48,7 +46,8 @@ pub fn step_content(ptx: &str) -> StepContent {
     let (moves, loops) = (all(moves(ptx)), all(pair_loops(ptx)));
     let longest = |all: &[Content]| all.iter().copied().max_by_key(|c| c.instructions).unwrap_or_default();
     let shortest = loops.iter().copied().min_by_key(|c| c.instructions).unwrap_or_default();
-    StepContent { moving: longest(&moves), force: shortest, sums: longest(&loops) }
+    let entries = ptx.split_once(ENTRIES).and_then(|(_, rest)| rest.split_whitespace().next()?.parse().ok());
+    StepContent { entries: entries.unwrap_or_default(), moving: longest(&moves), force: shortest, sums: longest(&loops) }
 }
 
 /// Opcodes with their modifiers, such as "fma.rn.f64", in the order of the text.

@@ -20,6 +20,8 @@ pub struct Shape {
     pub most_images: [u32; 3],
     pub index_bits: u32,
     pub wide_entries: bool,
+    /// Entries of 16 bits: the number of a run of sorted particles, and the place in it.
+    pub short_entries: bool,
     /// Fixed-point units differ between axes.
     pub scaled: bool,
     /// Cells far apart share a place in the table.
@@ -58,6 +60,7 @@ impl Shape {
             most_images: [0; 3],
             index_bits: 32,
             wide_entries: false,
+            short_entries: false,
             scaled: false,
             folded: false,
             compact: program.search == Search::Trimmed,
@@ -87,7 +90,16 @@ impl Shape {
 
     /// Bytes of a list entry.
     pub fn entry(&self) -> usize {
-        if self.wide_entries { 8 } else { 4 }
+        match (self.short_entries, self.wide_entries) {
+            (true, _) => 2,
+            (false, false) => 4,
+            (false, true) => 8,
+        }
+    }
+
+    /// Entries that are read at once: 16 bytes of them, or as many as there are registers for.
+    pub fn chunk(&self) -> u32 {
+        if self.short_entries && !self.double_pairs { 8 } else { 4 }
     }
 
     /// CUDA C type of what pair arithmetic reads of a particle, and its bytes.

@@ -100,7 +100,8 @@ fn common(program: &Program, shape: &Shape) -> String {
     text += &format!("typedef {} store;\ntypedef {} real;\n", shape.store().0, shape.real().0);
     text += if shape.wide_entries { "typedef unsigned long long Entry;\n" } else { "typedef unsigned int Entry;\n" };
     text += "typedef unsigned int u32;\ntypedef unsigned long long u64;\ntypedef long long i64;\n";
-    text += "struct __align__(16) Chunk { Entry entry[CHUNK]; };\n";
+    text += if shape.short_entries { "typedef unsigned short Stored;\n" } else { "typedef Entry Stored;\n" };
+    text += &format!("struct __align__({}) Chunk {{ Stored entry[CHUNK]; }};\n", (shape.chunk() as usize * shape.entry()).min(16));
     if shape.double_pairs {
         text += "struct __align__(16) Slot { double x, y, z, w; };\n";
     } else {
@@ -130,6 +131,7 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("GROUP", shape.group as usize),
         ("SLICES", shape.slices as usize),
         ("BLOCKS_AT_LEAST", shape.blocks_at_least as usize),
+        ("CHUNK", shape.chunk() as usize),
     ];
     let switches = [
         ("FIXED", !shape.double_pairs),
@@ -137,6 +139,7 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("IMAGES", shape.images),
         ("SCALED", shape.scaled),
         ("FOLDED", shape.folded),
+        ("SHORT", shape.short_entries),
         ("COMPACT", shape.compact),
         ("CUTOFFS", shape.cutoffs),
         ("REBUILDS", shape.rebuilds),

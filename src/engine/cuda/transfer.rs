@@ -2,7 +2,7 @@
 
 use super::device::{Buffer, Plain};
 use super::engine::Engine;
-use super::layout::{CHUNK, TOTALS};
+use super::layout::{PLACE_BITS, RUNS, TOTALS};
 use super::plan::Plan;
 use crate::engine::backend::Pair;
 use crate::engine::particles::Particles;
@@ -152,12 +152,24 @@ impl Engine {
         let rows: Vec<usize> = (0..n).filter(|i| wanted(held.id[*i])).collect();
         // A list can be far larger than the host's memory: where few rows are wanted, they alone come.
         let whole = if rows.len() > n / FEW_ROWS { self.entries(0, self.sizes.list as usize)? } else { Vec::new() };
+        let homes: Vec<u32> = self.memory.find("homes").map_or(Ok(Vec::new()), |homes| homes.read(0, n))?;
+        let runs: Vec<u32> = self.memory.find("runs").map_or(Ok(Vec::new()), |runs| {
+            runs.read(0, self.plan.scene.buckets as usize * RUNS as usize)
+        })?;
+        // A short entry in full: the first one of its run, and the place in it.
+        let full = |i: usize, entry: u64| match homes.get(i) {
+            Some(home) => {
+                let run = *home as usize * RUNS as usize + (entry >> PLACE_BITS) as usize;
+                u64::from(runs[run]) + (entry & ((1 << PLACE_BITS) - 1))
+            }
+            None => entry,
+        };
         let lengths = self.held_box.lengths();
         let mut pairs = Vec::new();
         for i in rows {
-            let stretches = (0..(row[i] as usize).div_ceil(CHUNK as usize)).map(|k| self.stretch(&whole, k, i));
+            let stretches = (0..(row[i] as usize).div_ceil(shape.chunk() as usize)).map(|k| self.stretch(&whole, k, i));
             let entries = stretches.collect::<Result<Vec<_>, _>>()?.concat();
-            for entry in &entries[..row[i] as usize] {
+            for entry in entries[..row[i] as usize].iter().map(|entry| full(i, *entry)) {
                 let j = (entry & ((1 << shape.index_bits) - 1)) as usize;
                 let image = if shape.images {
                     let [x, y, z, _] = self.plan.images[(entry >> shape.index_bits) as usize];
@@ -176,17 +188,21 @@ impl Engine {
 
     /// The stretch number `k` of a particle's row, out of the whole list where it is there.
     fn stretch(&self, whole: &[u64], k: usize, particle: usize) -> Result<Vec<u64>, String> {
-        let (chunk, at) = (CHUNK as usize, (k * self.sizes.pitch as usize + particle) * CHUNK as usize);
+        let chunk = self.plan.shape.chunk() as usize;
+        let at = (k * self.sizes.pitch as usize + particle) * chunk;
         whole.get(at..at + chunk).map_or_else(|| self.entries(at, chunk), |found| Ok(found.to_vec()))
     }
 
     /// Entries of the list as they lie.
     fn entries(&self, at: usize, count: usize) -> Result<Vec<u64>, String> {
         let list = self.memory.get("list");
-        if self.plan.shape.wide_entries {
-            list.read(at, count)
-        } else {
-            Ok(list.read::<u32>(at, count)?.into_iter().map(u64::from).collect())
+        fn widen<T: Plain + Into<u64>>(entries: Vec<T>) -> Vec<u64> {
+            entries.into_iter().map(Into::into).collect()
+        }
+        match self.plan.shape.entry() {
+            2 => Ok(widen(list.read::<u16>(at, count)?)),
+            4 => Ok(widen(list.read::<u32>(at, count)?)),
+            _ => list.read(at, count),
         }
     }
 
