@@ -12,6 +12,8 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) advance(con
     if (c->trouble || begin > BEGIN_PACK) return;
     u64 left = c->left;
     Run r = begin_run(a);
+    // The inner list is of no launch before this one.
+    bool prune = true;
     // Marks of the step that is looked at next.
     u32 marks = 0;
     if (begin == BEGIN_MOVE) {
@@ -66,7 +68,12 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) advance(con
             begin = BEGIN_END;
         } else {
             if (THREAD == 0) c->marks[(r.step + 2) % MARKS] = 0;
+#ifdef INNER
+            marks = share_marks(a, r, r.step + 1, prune ? pair_forces<MOVE, PRUNE>(a, s, r) : pair_forces<MOVE, NEAR>(a, s, r));
+            prune = marks & MARK_PRUNE;
+#else
             marks = share_marks(a, r, r.step + 1, pair_forces<MOVE>(a, s, r));
+#endif
         }
         book(a, r, STAGE_PAIR);
         if (marks & MARK_FORCE) {

@@ -1,8 +1,8 @@
 // Pair forces: LANES threads a particle add up its row, always in the same order.
 
-// Adds one pair to the sums of a row.
+// Adds one pair to the sums of a row; returns whether it is near enough for the inner list.
 template <bool SUMS>
-__device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const Slot& own, Slot q, u32 code, bool there, real unit_squared, const real* one, real f[3], real sums[TOTALS]) {
+__device__ __forceinline__ bool add_pair(const Arrays& a, const Scene& s, const Slot& own, Slot q, u32 code, bool there, real unit_squared, const real* one, real f[3], real sums[TOTALS]) {
     real d[3];
 #ifdef FIXED
 #ifdef IMAGES
@@ -45,8 +45,13 @@ __device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const 
     }
 #endif
     in &= there;
+#ifdef INNER
+    const bool near = there & (r2 < p[NUMBERS - 1]);
+#else
+    const bool near = false;
+#endif
 #ifndef FIXED
-    if (!in) return;
+    if (!in) return near;
 #endif
     real force, energy;
     if (SUMS) pair_both(r2, p, &force, &energy);
@@ -58,34 +63,17 @@ __device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const 
         sums[1] += force * d[0] * d[0], sums[2] += force * d[1] * d[1], sums[3] += force * d[2] * d[2];
         sums[4] += force * d[0] * d[1], sums[5] += force * d[0] * d[2], sums[6] += force * d[1] * d[2];
     }
+    return near;
 }
 
-// Entries that are read once a step: they are not to drive out of the caches what is read again and again.
-__device__ __forceinline__ Chunk stream(const Chunk* from) {
-    union {
-        Chunk chunk;
-        uint2 half;
-        uint4 words[(sizeof(Chunk) + 15) / 16];
-    } to;
-    if (sizeof(Chunk) == 8) {
-        to.half = __ldcs((const uint2*)from);
-    } else {
-        for (u32 k = 0; k < sizeof(Chunk) / 16; k++) to.words[k] = __ldcs((const uint4*)from + k);
-    }
-    return to.chunk;
-}
-
+// Entries of the list that are looked up and read before any of them is worked out.
+#ifdef FIXED
+#define BATCH 4
+#else
+#define BATCH 2
+#endif
 #define TEXT_OF(x) #x
 #define TEXT(x) TEXT_OF(x)
-
-#ifdef SHORT
-// A thread's own copy of the runs that its particle sees, apart by 32: in a bank of its own, so that a look-up is one access
-// whatever the particles of a warp see.
-__device__ __forceinline__ u32* own_runs() {
-    __shared__ u32 copies[BLOCK / 32][RUNS][32];
-    return &copies[threadIdx.x / 32][0][threadIdx.x % 32];
-}
-#endif
 
 // What is done with the force on a particle.
 enum Then {
@@ -97,7 +85,7 @@ enum Then {
 // Reads slots of this step and the list; with KEEP writes one set of energy and virial a block. With MOVE writes x, v, and
 // slots of the next step, and f only where it is no number: such a particle stays, to be looked at. Returns what came to any
 // of its particles: bits of MARK_.
-template <Then THEN> __device__ __forceinline__ u32 pair_forces(const Arrays& a, const Scene& s, const Run& r) {
+template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_forces(const Arrays& a, const Scene& s, const Run& r) {
     const u32 lane = threadIdx.x % LANES;
     const bool SUMS = THEN == KEEP;
     real one[NUMBERS];
@@ -106,54 +94,64 @@ template <Then THEN> __device__ __forceinline__ u32 pair_forces(const Arrays& a,
     const Pace pace = pace_of(s);
     const Slot* slots = slots_of(a, s, r.step);
     Slot* next = slots_of(a, s, r.step + 1);
-#ifdef SHORT
     u32* runs = own_runs();
-#endif
     double totals[TOTALS] = {0};
     u32 marks = 0;
     for (u32 i = THREAD / LANES; i < r.n; i += THREADS / LANES) {
         const Slot own = slots[i];
-        const u32 count = a.neighbors[i];
+        // A thread has every LANES-th chunk of a row of the list, and a part of the inner list that is its own.
+        const u32 count = FROM == NEAR ? kept_by(a, s, lane)[i] : a.neighbors[i];
+        const u32 begin = FROM == NEAR ? 0 : lane * CHUNK, stride = FROM == NEAR ? CHUNK : LANES * CHUNK;
         real f[3] = {0, 0, 0}, sums[TOTALS] = {0};
-        const Chunk* row = a.list + lane * s.pitch + i;
-        // The next entries are on their way while these are worked out.
-        Chunk coming = stream(row);
-#ifdef SHORT
-        const uint4* seen = (const uint4*)runs_of(a, a.homes[i]);
-        for (u32 k = 0; k < RUNS / 4; k++) {
-            const uint4 four = seen[k];
-            const u32 of[4] = {four.x, four.y, four.z, four.w};
-            for (u32 m = 0; m < 4; m++) runs[(4 * k + m) * 32] = of[m];
-        }
+        const Chunk* row = (FROM == NEAR ? inner_of(a) : a.list) + lane * s.pitch + i;
+#ifdef INNER
+        Kept kept = kept_none();
+        Chunk* inner = inner_of(a) + lane * s.pitch + i;
 #endif
+        // The next entries are on their way while these are worked out.
+        Words coming = stream(row);
+        copy_runs(a, i, runs);
         asm volatile("// pair loop, entries: " TEXT(CHUNK));
-        asm volatile("// pair loop");
-        for (u32 first = lane * CHUNK; first < count; first += LANES * CHUNK) {
-            const Chunk chunk = coming;
+        if (FROM != PRUNE) asm volatile("// pair loop");
+        for (u32 first = begin; first < count; first += stride) {
+            const Words words = coming;
             row += s.pitch * LANES;
-            if (first + LANES * CHUNK < count) coming = stream(row);
+            if (first + stride < count) coming = stream(row);
 #pragma unroll
-            for (u32 m = 0; m < CHUNK; m++) {
-#ifdef FIXED
+            for (u32 batch = 0; batch < CHUNK; batch += BATCH) {
                 // Beyond the end of a row stand entries that are no neighbors, but places of particles: worked out for nothing
                 // they cost less than a branch.
-#else
-                if (first + m >= count) break;
-#endif
-#ifdef SHORT
-                const Entry entry = entry_of(chunk.entry[m], runs, 32);
-#else
-                const Entry entry = chunk.entry[m];
-#endif
+                Slot q[BATCH];
+                u32 code[BATCH];
+#pragma unroll
+                for (u32 m = 0; m < BATCH; m++) {
+                    const Entry entry = entry_of(words, batch + m, runs);
 #ifdef IMAGES
-                const u32 code = (u32)(entry >> INDEX_BITS);
+                    code[m] = (u32)(entry >> INDEX_BITS);
 #else
-                const u32 code = 0;
+                    code[m] = 0;
 #endif
-                add_pair<SUMS>(a, s, own, slots[place_of(entry)], code, first + m < count, unit_squared, one, f, sums);
+                    q[m] = slots[place_of(entry)];
+                }
+#pragma unroll
+                for (u32 m = 0; m < BATCH; m++) {
+                    const bool near = add_pair<SUMS>(a, s, own, q[m], code[m], first + batch + m < count, unit_squared, one, f, sums);
+#ifdef INNER
+                    if (FROM == PRUNE) keep(kept, stored_of(words, batch + m), near);
+#endif
+                }
             }
+#ifdef INNER
+            if (FROM == PRUNE) write_kept(kept, inner, s.pitch * LANES);
+#endif
         }
-        asm volatile("// end of pair loop");
+        if (FROM != PRUNE) asm volatile("// end of pair loop");
+#ifdef INNER
+        if (FROM == PRUNE) {
+            kept_by(a, s, lane)[i] = kept.count;
+            end_kept(kept, ((const Stored*)(a.list + lane * s.pitch + i))[0], inner, s.pitch * LANES);
+        }
+#endif
         const u32 shift = (threadIdx.x & 31) & ~(LANES - 1);
         const u32 group = (LANES == 32 ? ~0u : ((1u << (LANES & 31)) - 1)) << shift;
         for (u32 d = LANES / 2; d > 0; d >>= 1)
@@ -169,7 +167,7 @@ template <Then THEN> __device__ __forceinline__ u32 pair_forces(const Arrays& a,
             if (THEN != MOVE || broken)
                 for (u32 axis = 0; axis < 3; axis++) axis_of(a.f, s, axis)[i] = (real)force[axis];
             if (broken) marks |= MARK_FORCE;
-            else if (THEN == MOVE) marks |= move_particle<true, true>(a, s, r, pace, i, force, next);
+            else if (THEN == MOVE) marks |= move_particle<true, true, FROM == PRUNE>(a, s, r, pace, i, force, next);
         }
         if (SUMS) {
             for (u32 k = 0; k < TOTALS; k++) totals[k] += (double)sums[k];

@@ -83,17 +83,29 @@ __device__ __forceinline__ void pack_particles(const Arrays& a, const Scene& s, 
 // Numbers of a scene that motion needs for every particle, converted once.
 struct Pace {
     store dt, half_kick, trigger, range;
+    float prune; // squared displacement since the inner list was made that calls for a new one
     Quanta quanta;
 };
 
 __device__ __forceinline__ Pace pace_of(const Scene& s) {
-    Pace p = {pinned((store)s.dt), pinned((store)s.half_kick), pinned((store)s.trigger), pinned((store)s.range), quanta_of(s)};
+    Pace p = {pinned((store)s.dt), pinned((store)s.half_kick), pinned((store)s.trigger), pinned((store)s.range), pinned((float)s.prune), quanta_of(s)};
     return p;
 }
 
-// One particle under force f: with LAST the second half of a step, with INITIAL the first half of a step and what it
-// has come to, as bits of MARK_. Reads and writes x, v; writes slots.
-template <bool LAST, bool INITIAL>
+// How far a particle is from where the last build found it.
+__device__ __forceinline__ void displacement_of(const Arrays& a, const Scene& s, const Run& r, u32 k, const store x[3], store d[3]) {
+    for (u32 axis = 0; axis < 3; axis++) {
+#ifdef DISPLACEMENTS
+        d[axis] = x[axis];
+#else
+        d[axis] = x[axis] - axis_of(side_of(a.held_x, s, r.parity, 3), s, axis)[k];
+#endif
+    }
+}
+
+// One particle under force f: with LAST the second half of a step, with INITIAL the first half of a step and what it has come
+// to, as bits of MARK_; with PRUNED the inner list is of where it is before. Reads and writes x, v; writes slots.
+template <bool LAST, bool INITIAL, bool PRUNED = false>
 __device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, const Run& r, const Pace& pace, u32 k, const store f[3], Slot* slots) {
     asm volatile("// move");
     store x[3], v[3];
@@ -115,16 +127,20 @@ __device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, co
     u32 far = 0;
     if (LAST) fixes_last(x, v, f, pace.dt, half_kick, mask, s);
     if (INITIAL) {
-        fixes_initial(x, v, f, pace.dt, half_kick, mask, s);
-#if defined(CHECK) || defined(FIXED)
-        store d[3];
-        for (u32 axis = 0; axis < 3; axis++) {
-#ifdef DISPLACEMENTS
-            d[axis] = x[axis];
-#else
-            d[axis] = x[axis] - axis_of(side_of(a.held_x, s, r.parity, 3), s, axis)[k];
-#endif
+#ifdef INNER
+        float then[3];
+        if (PRUNED) {
+            store d[3];
+            displacement_of(a, s, r, k, x, d);
+            for (u32 axis = 0; axis < 3; axis++) axis_of(a.pruned, s, axis)[k] = then[axis] = (float)d[axis];
+        } else {
+            for (u32 axis = 0; axis < 3; axis++) then[axis] = axis_of(a.pruned, s, axis)[k];
         }
+#endif
+        fixes_initial(x, v, f, pace.dt, half_kick, mask, s);
+#if defined(CHECK) || defined(FIXED) || defined(INNER)
+        store d[3];
+        displacement_of(a, s, r, k, x, d);
         const store moved = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
         // What is no number is too far as well: the build that follows finds it.
 #ifdef CHECK
@@ -132,6 +148,11 @@ __device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, co
 #endif
 #ifdef FIXED
         far |= !(moved <= pace.range) ? MARK_RANGE : 0;
+#endif
+#ifdef INNER
+        float since[3];
+        for (u32 axis = 0; axis < 3; axis++) since[axis] = (float)d[axis] - then[axis];
+        far |= !(since[0] * since[0] + since[1] * since[1] + since[2] * since[2] <= pace.prune) ? MARK_PRUNE : 0;
 #endif
 #endif
         for (u32 axis = 0; axis < 3; axis++) axis_of(a.x, s, axis)[k] = x[axis];

@@ -10,7 +10,7 @@ use kernels::{gas, is_there};
 
 use octant::engine::cuda::inspect::{arguments_of, inspect, units_of};
 use octant::engine::cuda::ptx::{
-    StepContent, bytes, double_instructions, entries, moves, opcodes, pair_loops, step_content,
+    bytes, double_instructions, entries, moves, opcodes, pair_loops, step_content,
 };
 use octant::engine::{Precision, Program};
 use octant::neighbor::Search;
@@ -89,13 +89,13 @@ fn one_type_loads_the_list_and_slots_alone() {
     for (precision, slot) in [(Precision::Single, 16), (Precision::Mixed, 16), (Precision::Double, 32)] {
         // Free sides: no image is looked up either.
         let scene = gas(500, 20.0, Side::Fixed);
-        let alone = StepContent::ENTRIES * (4 + slot);
         let one = step_content(&ptx_of(&lennard_jones(1), &scene, precision));
+        let alone = one.entries * (4 + slot);
         assert_eq!((one.force.bytes, one.sums.bytes), (alone, alone), "{precision:?}");
         // The cutoff and two coefficients of each pair of types.
         let real = if precision == Precision::Double { 8 } else { 4 };
         let two = step_content(&ptx_of(&lennard_jones(2), &scene, precision));
-        assert!(two.force.bytes >= alone + StepContent::ENTRIES * 3 * real, "{precision:?}: {two:?}");
+        assert!(two.force.bytes >= alone + two.entries * 3 * real, "{precision:?}: {two:?}");
     }
 }
 
@@ -136,7 +136,7 @@ fn energy_and_virial_are_worked_out_where_they_are_wanted() {
         for precision in Precision::ALL {
             let step = step_content(&ptx_of(&program, &gas(2000, 30.0, Side::Periodic), precision));
             // An entry adds to one energy and six terms of the virial.
-            let more = StepContent::ENTRIES * 7;
+            let more = step.entries * 7;
             let (force, sums) = (step.force.instructions, step.sums.instructions);
             assert!(force > 0 && force + more <= sums, "{}, {precision:?}: {force}, {sums}", style.name);
         }
@@ -160,7 +160,7 @@ fn doubles_are_where_the_precision_has_them() {
         // Behind the loop with sums a row's are added up: a few conversions and additions may be drawn into it.
         assert!(single.sums.doubles <= 14 && mixed.sums.doubles <= 14, "{single:?} {mixed:?}");
         // Three differences and their square, two of force, three sums.
-        assert!(double.force.doubles >= StepContent::ENTRIES * 10, "{double:?}");
+        assert!(double.force.doubles >= double.entries * 10, "{double:?}");
         // Two kicks and a drift an axis, each an addition at least; in single precision coordinates are displacements in f32.
         assert_eq!(single.moving.doubles, 0, "{single:?}");
         assert!(mixed.moving.doubles >= 9 && double.moving.doubles >= 9, "{mixed:?} {double:?}");
@@ -219,6 +219,6 @@ fn a_free_box_has_no_rules_of_periodic_sides() {
         // No image is looked up: a pair reads its entry and a slot.
         let slot = if precision == Precision::Double { 32 } else { 16 };
         let of_loop = |ptx: &str| pair_loops(ptx).iter().map(|text| bytes(text)).min().unwrap();
-        assert_eq!(of_loop(&free), StepContent::ENTRIES * (4 + slot), "{precision:?}");
+        assert_eq!(of_loop(&free), step_content(&free).entries * (4 + slot), "{precision:?}");
     }
 }

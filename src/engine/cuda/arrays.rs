@@ -84,6 +84,10 @@ pub fn arrays(shape: &Shape) -> Vec<Array> {
         (shape.short_entries, "homes", u32, Columns(1)),
         (shape.short_entries, "runs", u32, Runs),
         (true, "list", ("Chunk", shape.entry()), List),
+        // The inner list, entries that each thread of a row has there, and displacements since the build when it was made.
+        (shape.inner, "inner", ("Chunk", shape.entry()), List),
+        (shape.inner, "kept", u32, Columns(shape.lanes as usize)),
+        (shape.inner, "pruned", ("float", 4), Columns(3)),
     ];
     all.into_iter().filter(|(there, ..)| *there).map(|(_, name, entry, count)| Array { name, entry, count }).collect()
 }

@@ -68,7 +68,9 @@ impl Engine {
                 let wanted = (f64::from(self.control.wanted) * GROWTH) as u32 + 8;
                 self.set_capacity(wanted);
                 let n = self.control.n as usize;
-                self.memory.renew("list", &self.compiler.device, &self.plan.shape, &self.sizes, n)?;
+                for name in ["inner", "list"] {
+                    self.memory.renew(name, &self.compiler.device, &self.plan.shape, &self.sizes, n)?;
+                }
             } else if trouble & TROUBLE_FORCE != 0 {
                 return self.force_fault();
             } else if trouble & TROUBLE_RANGE != 0 {

@@ -93,6 +93,8 @@ numbers! {
     MARK_FAR = 1;
     MARK_RANGE = 2;
     MARK_FORCE = 4;
+    /// Too far for the inner list.
+    MARK_PRUNE = 8;
     /// Steps whose marks are kept: the last one's, this one's, and the next one's to be cleared.
     MARKS = 3;
     /// Threads of a block; of the list build, where a warp has a part of the shared memory of its block, one of half of it.
@@ -174,6 +176,8 @@ layout! {
         /// Squared displacement that calls for a build, and that fixed-point coordinates stand.
         pub trigger: f64,
         pub range: f64,
+        /// Squared displacement that calls for a new inner list.
+        pub prune: f64,
         pub tie_band: f64,
         /// Square of a unit of pair differences in the square of the table's length, and the unit of forces.
         pub unit_squared: f64,

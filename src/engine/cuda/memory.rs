@@ -62,7 +62,7 @@ impl Memory {
         self.table = wanted.iter().map(|array| self.buffers[array.name].address()).collect();
     }
 
-    /// Makes one array anew; what it held is lost.
+    /// Makes one array anew, if the scene has it; what it held is lost.
     pub fn renew(
         &mut self,
         name: &'static str,
@@ -72,7 +72,7 @@ impl Memory {
         n: usize,
     ) -> Result<(), String> {
         let wanted = arrays(shape);
-        let array = wanted.iter().find(|a| a.name == name).expect("the array is one of the scene's");
+        let Some(array) = wanted.iter().find(|a| a.name == name) else { return Ok(()) };
         // Given back first: it may be the largest there is.
         self.buffers.remove(name);
         match Buffer::new(bytes(array, sizes) as usize)? {

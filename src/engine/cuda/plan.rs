@@ -19,6 +19,12 @@ const BINS_PER_PARTICLE: f64 = 16.0;
 /// the chain that a step waits for.
 const MOST_SHORT_LANES: u32 = 2;
 
+/// The narrowest skin of an inner list, as a part of the neighbor cutoff: below it rounding would count.
+const LEAST_INNER: f64 = 0.01;
+
+/// The part of the inner skin that is left to the rounding of f32.
+const INNER_SLACK: f64 = 1e-3;
+
 /// What is done otherwise than the table of choices and the size of the scene suggest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tuning {
@@ -114,14 +120,18 @@ impl Plan {
         shape.folded = folded;
         let row = if shape.double_pairs { Precision::Double } else { precision };
         let choices = tuning.choices.unwrap_or_else(|| Table::built_in().choices(architecture, row, n));
+        let env = |name: &str, plain: u32| std::env::var(name).ok().and_then(|t| t.parse().ok()).unwrap_or(plain);
+        let choices = Choices { lanes: env("OCTANT_TL", choices.lanes), group: env("OCTANT_TG", choices.group), slices: env("OCTANT_TS", choices.slices), blocks: env("OCTANT_TB", choices.blocks) };
+        let most_short = env("OCTANT_TW", MOST_SHORT_LANES);
         Choices { lanes: shape.lanes, group: shape.group, slices: shape.slices, blocks: shape.blocks_at_least } =
             choices;
         let cells = table.iter().map(|t| u64::from(*t)).product::<u64>();
         let buckets = cells * OCTANTS as u64;
         let (visits, visit_starts) = visits(&grid);
         // Beyond so many buckets the table of their runs would be larger than what it saves.
-        shape.short_entries = choices.lanes <= MOST_SHORT_LANES
+        shape.short_entries = choices.lanes <= most_short
             && !given.long_runs
+            && !shape.double_pairs
             && !shape.wide_entries
             && !folded
             && buckets <= n as u64
@@ -135,7 +145,16 @@ impl Plan {
         let unit = if shape.double_pairs { 1.0 } else { 1.0 / coarsest };
         let scaled = program.pair.scaled(energy, length);
         let squared = scaled.squared_cutoffs();
-        let coefficients = (0..squared.len()).flat_map(|k| pair_numbers(&scaled, squared[k], k)).collect();
+        let inner_skin = program.policy.skin * env("OCTANT_TI", 35) as f64 * 0.01;
+        shape.inner = inner_skin >= LEAST_INNER * radius;
+        // The last one is the squared cutoff of the inner list.
+        let near = |squared: f64| if squared > 0.0 { (squared.sqrt() + inner_skin / length).powi(2) } else { 0.0 };
+        let numbers = |k: usize| {
+            let mut numbers = pair_numbers(&scaled, squared[k], k);
+            numbers.extend(shape.inner.then(|| near(squared[k])));
+            numbers
+        };
+        let coefficients = (0..squared.len()).flat_map(numbers).collect();
         let coordinate =
             [simulation_box.lo, simulation_box.hi, low, high].map(|x| x.amax()).into_iter().fold(0.0, f64::max);
         let span = grid.axes.iter().map(|axis| axis.edge).fold(0.0, f64::max) + radius;
@@ -184,6 +203,7 @@ impl Plan {
             half_kick: half_kicks[0],
             trigger: program.policy.trigger() * slack,
             range: radius * radius,
+            prune: (0.5 * inner_skin * (1.0 - INNER_SLACK)).powi(2),
             tie_band: ties.band,
             unit_squared: (unit / length).powi(2),
             force_unit: unit * energy / length.powi(2),

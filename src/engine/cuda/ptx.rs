@@ -158,6 +158,7 @@ $L__BB0_1:
 	@!%p2 st.f64 [%rd1], %fd1;
 	mov.f64 %fd2, %fd1;
 	// end of move
+	// pair loop, entries: 8
 	// pair loop
 	call.uni (retval0),
 	helper,
@@ -186,6 +187,7 @@ $L__BB0_1:
     #[test]
     fn marked_parts_are_counted() {
         let step = step_content(TEXT);
+        assert_eq!(step.entries, 8);
         assert_eq!(step.moving, Content { instructions: 5, doubles: 1, bytes: 24 });
         assert_eq!(step.force, Content { instructions: 1, doubles: 0, bytes: 0 });
         assert_eq!(pair_loops(TEXT).len(), 2);

@@ -22,6 +22,8 @@ pub struct Shape {
     pub wide_entries: bool,
     /// Entries of 16 bits: the number of a run of sorted particles, and the place in it.
     pub short_entries: bool,
+    /// Between builds forces are of an inner list, of those pairs that can come within the cutoff in a few steps.
+    pub inner: bool,
     /// Fixed-point units differ between axes.
     pub scaled: bool,
     /// Cells far apart share a place in the table.
@@ -61,6 +63,7 @@ impl Shape {
             index_bits: 32,
             wide_entries: false,
             short_entries: false,
+            inner: false,
             scaled: false,
             folded: false,
             compact: program.search == Search::Trimmed,
@@ -97,9 +100,9 @@ impl Shape {
         }
     }
 
-    /// Entries that are read at once: 16 bytes of them, or as many as there are registers for.
+    /// Entries that are read at once.
     pub fn chunk(&self) -> u32 {
-        if self.short_entries && !self.double_pairs { 8 } else { 4 }
+        if self.short_entries { 8 } else { 4 }
     }
 
     /// CUDA C type of what pair arithmetic reads of a particle, and its bytes.

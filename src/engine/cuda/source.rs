@@ -24,6 +24,7 @@ const CELLS: Stage = ("kernels/cells.cuh", include_str!("../../../kernels/cells.
 const SORT: Stage = ("kernels/sort.cuh", include_str!("../../../kernels/sort.cuh"));
 const PRODUCTS: Stage = ("kernels/products.cuh", include_str!("../../../kernels/products.cuh"));
 const SEARCH: Stage = ("kernels/search.cuh", include_str!("../../../kernels/search.cuh"));
+const ROWS: Stage = ("kernels/rows.cuh", include_str!("../../../kernels/rows.cuh"));
 const FORCE: Stage = ("kernels/force.cuh", include_str!("../../../kernels/force.cuh"));
 const SORT_KERNEL: Stage = ("kernels/sort.cu", include_str!("../../../kernels/sort.cu"));
 const LIST_KERNEL: Stage = ("kernels/list.cu", include_str!("../../../kernels/list.cu"));
@@ -79,17 +80,22 @@ pub fn pair_numbers(table: &PairTable, cutoff_squared: f64, pair: usize) -> Vec<
 
 /// The kernels of a scene, in parts that are compiled side by side.
 pub fn units(program: &Program, shape: &Shape) -> Vec<Unit> {
-    let common = common(program, shape);
+    let common = common(program, shape) + &std::env::var("OCTANT_DEFS").unwrap_or_default().split_whitespace().map(|d| format!("#define {}\n", d.replacen('=', " ", 1))).collect::<String>();
     let unit = |kernels, stages: &[Stage]| {
         let stages = [GRID, MOTION].into_iter().chain(stages.iter().copied());
-        let stages: String = stages.map(|(name, stage)| format!("#line 1 \"{name}\"\n{stage}")).collect();
+        let stages: String = stages
+            .map(|(name, stage)| {
+                let stage = std::env::var("OCTANT_KERNELS").ok().and_then(|d| std::fs::read_to_string(format!("{d}/{}", name.trim_start_matches("kernels/"))).ok()).unwrap_or_else(|| stage.to_string());
+                format!("#line 1 \"{name}\"\n{stage}")
+            })
+            .collect();
         Unit { kernels, text: format!("{common}{stages}") }
     };
     vec![
         unit(&["sort"], &[CELLS, SORT, SORT_KERNEL]),
         unit(&["list"], &[CELLS, PRODUCTS, SEARCH, LIST_KERNEL]),
-        unit(&["conclude", "kinetic"], &[FORCE, CONCLUDE]),
-        unit(&["advance"], &[FORCE, ADVANCE]),
+        unit(&["conclude", "kinetic"], &[ROWS, FORCE, CONCLUDE]),
+        unit(&["advance"], &[ROWS, FORCE, ADVANCE]),
     ]
 }
 
@@ -101,7 +107,7 @@ fn common(program: &Program, shape: &Shape) -> String {
     text += if shape.wide_entries { "typedef unsigned long long Entry;\n" } else { "typedef unsigned int Entry;\n" };
     text += "typedef unsigned int u32;\ntypedef unsigned long long u64;\ntypedef long long i64;\n";
     text += if shape.short_entries { "typedef unsigned short Stored;\n" } else { "typedef Entry Stored;\n" };
-    text += &format!("struct __align__({}) Chunk {{ Stored entry[CHUNK]; }};\n", (shape.chunk() as usize * shape.entry()).min(16));
+    text += "struct __align__(16) Chunk { Stored entry[CHUNK]; };\n";
     if shape.double_pairs {
         text += "struct __align__(16) Slot { double x, y, z, w; };\n";
     } else {
@@ -118,7 +124,7 @@ fn common(program: &Program, shape: &Shape) -> String {
 }
 
 fn defines(program: &Program, shape: &Shape) -> String {
-    let numbers = pair_numbers(&program.pair, 0.0, 0).len();
+    let numbers = pair_numbers(&program.pair, 0.0, 0).len() + usize::from(shape.inner);
     let values = [
         ("TYPES", shape.types),
         ("NUMBERS", numbers),
@@ -140,6 +146,7 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("SCALED", shape.scaled),
         ("FOLDED", shape.folded),
         ("SHORT", shape.short_entries),
+        ("INNER", shape.inner),
         ("COMPACT", shape.compact),
         ("CUTOFFS", shape.cutoffs),
         ("REBUILDS", shape.rebuilds),
