@@ -67,11 +67,7 @@ __device__ __forceinline__ bool add_pair(const Arrays& a, const Scene& s, const 
 }
 
 // Entries of the list that are looked up and read before any of them is worked out.
-#ifdef FIXED
 #define BATCH 4
-#else
-#define BATCH 2
-#endif
 #define TEXT_OF(x) #x
 #define TEXT(x) TEXT_OF(x)
 
@@ -110,6 +106,8 @@ template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_force
 #endif
         // The next entries are on their way while these are worked out.
         Words coming = stream(row);
+        for (u32 k = 1; k <= AHEAD; k++)
+            if (begin + k * stride < count) prefetch(row + k * s.pitch * LANES);
         copy_runs(a, i, runs);
         asm volatile("// pair loop, entries: " TEXT(CHUNK));
         if (FROM != PRUNE) asm volatile("// pair loop");
@@ -117,6 +115,7 @@ template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_force
             const Words words = coming;
             row += s.pitch * LANES;
             if (first + stride < count) coming = stream(row);
+            if (AHEAD > 0 && first + (AHEAD + 1) * stride < count) prefetch(row + AHEAD * s.pitch * LANES);
 #pragma unroll
             for (u32 batch = 0; batch < CHUNK; batch += BATCH) {
                 // Beyond the end of a row stand entries that are no neighbors, but places of particles: worked out for nothing

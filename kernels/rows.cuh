@@ -16,6 +16,9 @@ __device__ __forceinline__ Words stream(const Chunk* from) {
     return to;
 }
 
+// Into the second-level cache.
+__device__ __forceinline__ void prefetch(const Chunk* row) { asm volatile("prefetch.global.L2 [%0];" ::"l"(row)); }
+
 // The entry number m, as it is stored and in full.
 __device__ __forceinline__ Stored stored_of(const Words& words, u32 m) {
 #ifdef SHORT

@@ -9,9 +9,7 @@ use common::{melt, program, program_of_style};
 use kernels::{gas, is_there};
 
 use octant::engine::cuda::inspect::{arguments_of, inspect, units_of};
-use octant::engine::cuda::ptx::{
-    bytes, double_instructions, entries, moves, opcodes, pair_loops, step_content,
-};
+use octant::engine::cuda::ptx::{bytes, double_instructions, entries, moves, opcodes, pair_loops, step_content};
 use octant::engine::{Precision, Program};
 use octant::neighbor::Search;
 use octant::system::{Side, SimulationBox, State};

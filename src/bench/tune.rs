@@ -18,6 +18,9 @@ const GROUPS: [(u32, u32); 6] = [(32, 1), (16, 2), (16, 4), (8, 8), (8, 16), (4,
 /// Blocks on a multiprocessor that are tried.
 const BLOCKS: std::ops::RangeInclusive<u32> = 1..=4;
 
+/// Chunks ahead that are tried.
+const AHEAD: std::ops::RangeInclusive<u32> = 0..=2;
+
 /// Most threads a row.
 const MOST_LANES: u32 = 32;
 
@@ -71,7 +74,7 @@ pub fn tune(options: &Options, say: &mut dyn FnMut(Said<'_>)) -> Result<(Table, 
 }
 
 /// The fastest skin of a size and, on a GPU, the fastest kernels: with the skin that is best with those of the table, threads a
-/// row with blocks, then groups; then skins beside it once more.
+/// row with blocks, then groups, then chunks ahead; then skins beside it once more.
 fn fastest(case: &Case, plan: &Plan, settings: &Settings, say: &mut dyn FnMut(Said<'_>)) -> Result<Found, Halt> {
     let (atoms, architecture) = (case.cells.atoms(), &plan.machine.architecture);
     let choices =
@@ -101,6 +104,9 @@ fn fastest(case: &Case, plan: &Plan, settings: &Settings, say: &mut dyn FnMut(Sa
         let now = best.choices.unwrap_or(now);
         let lists = GROUPS.map(|(group, slices)| Found { choices: Some(Choices { group, slices, ..now }), ..best });
         best = attempt(&lists)?;
+        let now = best.choices.unwrap_or(now);
+        best =
+            attempt(&AHEAD.map(|ahead| Found { choices: Some(Choices { ahead, ..now }), ..best }).collect::<Vec<_>>())?;
         let beside =
             [-0.1, -0.05, 0.05, 0.1].map(|more| Found { skin: ((best.skin + more) * 100.0).round() / 100.0, ..best });
         let beside: Vec<Found> =

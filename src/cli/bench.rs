@@ -84,8 +84,8 @@ fn tell(said: &Said<'_>) {
         }
         Said::Tried(tried) => {
             let spread = tried.steps_per_s;
-            let kernels = tried.choices.map_or(String::new(), |Choices { lanes, group, slices, blocks }| {
-                format!(", lanes {lanes}, group {group}, slices {slices}, blocks {blocks}")
+            let kernels = tried.choices.map_or(String::new(), |Choices { lanes, group, slices, blocks, ahead }| {
+                format!(", lanes {lanes}, group {group}, slices {slices}, blocks {blocks}, ahead {ahead}")
             });
             say!(
                 "{:>9} atoms, {:<6}, skin {:.2}{kernels}: {:.1} steps/s ({:.1} to {:.1}){}",

@@ -14,7 +14,7 @@ static BUILT_IN: LazyLock<Table> =
 const PLAIN_SKIN: f64 = 0.3;
 
 /// Columns before the words that say where a row is from.
-const NUMBERS: usize = 8;
+const NUMBERS: usize = 9;
 
 /// What the kernels of a GPU are made with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,6 +27,8 @@ pub struct Choices {
     pub slices: u32,
     /// Blocks that are to fit on a multiprocessor at least: bounds the registers of a thread.
     pub blocks: u32,
+    /// Chunks of a row that are on their way to the second-level cache before they are read.
+    pub ahead: u32,
 }
 
 /// What a tuning run found best at a size.
@@ -38,7 +40,7 @@ pub struct Found {
 }
 
 /// Where the table leaves a choice open.
-const PLAIN: Choices = Choices { lanes: 2, group: 32, slices: 1, blocks: 3 };
+const PLAIN: Choices = Choices { lanes: 2, group: 32, slices: 1, blocks: 3, ahead: 0 };
 
 /// Choices from a number of atoms on.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,6 +58,8 @@ pub struct Row {
     pub slices: Option<u32>,
     /// Blocks that are to fit on a multiprocessor at least.
     pub blocks: Option<u32>,
+    /// Chunks of a row that are on their way to the second-level cache before they are read.
+    pub ahead: Option<u32>,
     /// Skin of the benchmark, sigma.
     pub skin: f64,
     /// Where the row is from.
@@ -107,6 +111,7 @@ impl Table {
             group: choice(|row| row.group, PLAIN.group),
             slices: choice(|row| row.slices, PLAIN.slices),
             blocks: choice(|row| row.blocks, PLAIN.blocks),
+            ahead: choice(|row| row.ahead, PLAIN.ahead),
         }
     }
 
@@ -139,6 +144,7 @@ impl Table {
                 group: choice(|new| new.group, |old| old.group),
                 slices: choice(|new| new.slices, |old| old.slices),
                 blocks: choice(|new| new.blocks, |old| old.blocks),
+                ahead: choice(|new| new.ahead, |old| old.ahead),
                 skin: best.map_or(PLAIN_SKIN, |best| best.skin),
                 from: from.to_string(),
             };
@@ -156,9 +162,9 @@ impl Table {
     pub fn text(&self) -> String {
         let mut text = self.head.clone();
         for row in &self.rows {
-            let Row { architecture, precision, atoms, lanes, group, slices, blocks, skin, from } = row;
+            let Row { architecture, precision, atoms, lanes, group, slices, blocks, ahead, skin, from } = row;
             let number = |n: &Option<u32>| n.map_or("-".into(), |n| n.to_string());
-            let kernels = [lanes, group, slices, blocks].map(number).join(" ");
+            let kernels = [lanes, group, slices, blocks, ahead].map(number).join(" ");
             let _ = writeln!(text, "{architecture:<5} {:<6} {atoms} {kernels} {skin} {from}", precision.name());
         }
         text
@@ -193,7 +199,8 @@ impl Row {
             group: number(4)?,
             slices: number(5)?,
             blocks: number(6)?,
-            skin: words.get(7)?.parse().ok().filter(|skin: &f64| *skin > 0.0 && skin.is_finite())?,
+            ahead: number(7)?,
+            skin: words.get(8)?.parse().ok().filter(|skin: &f64| *skin > 0.0 && skin.is_finite())?,
             from: words[NUMBERS..].join(" "),
         })
     }
@@ -203,8 +210,8 @@ impl Row {
 mod tests {
     use super::*;
 
-    const TEXT: &str = "# head\nsm_80 mixed 0 16 2 16 3 0.4 a card\nsm_80 mixed 12000 4 16 2 3 0.4 a card\n\
-                        sm_90 mixed 0 8 2 16 3 0.5 another\ncpu mixed 0 - - - - 0.3 by hand\n";
+    const TEXT: &str = "# head\nsm_80 mixed 0 16 2 16 3 0 0.4 a card\nsm_80 mixed 12000 4 16 2 3 1 0.4 a card\n\
+                        sm_90 mixed 0 8 2 16 3 0 0.5 another\ncpu mixed 0 - - - - - 0.3 by hand\n";
 
     #[test]
     fn the_built_in_table_has_rows_from_no_atoms_on() {
@@ -242,7 +249,7 @@ mod tests {
         assert_eq!(table.row("sm_89", Precision::Mixed, 5).map(|row| (row.lanes, row.skin)), Some((Some(8), 0.2)));
         table.set("sm_80", Precision::Double, &[(0, skin(0.6)), (50, skin(0.6))], "new");
         assert_eq!(table.of("sm_80", Precision::Double).count(), 1);
-        let choices = Choices { lanes: 32, group: 8, slices: 4, blocks: 1 };
+        let choices = Choices { lanes: 32, group: 8, slices: 4, blocks: 1, ahead: 2 };
         table.set("sm_80", Precision::Mixed, &[(0, Found { skin: 0.5, choices: Some(choices) })], "new");
         assert_eq!(table.choices("sm_80", Precision::Mixed, 20_000), choices);
         assert_eq!(Table::read(&table.text()), Ok(table));
@@ -250,7 +257,7 @@ mod tests {
 
     #[test]
     fn a_row_that_is_none_is_named() {
-        for row in ["sm_90 half 0 - - - - 0.3", "sm_90 mixed 0 - - - -", "cpu mixed 0 - - - - -1 x"] {
+        for row in ["sm_90 half 0 - - - - - 0.3", "sm_90 mixed 0 - - - - -", "cpu mixed 0 - - - - - -1 x"] {
             let said = Table::read(&format!("# head\n{row}\n")).unwrap_err();
             assert!(said.starts_with("line 2: expected a row"), "{said}");
         }

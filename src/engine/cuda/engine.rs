@@ -221,7 +221,17 @@ impl Engine {
         let double_pairs = self.plan.shape.double_pairs;
         let (precision, tuning, long_runs) = (*precision, *tuning, self.long_runs);
         let architecture = &self.compiler.device.architecture();
-        Plan::new(&Given { program, simulation_box, bounds, n, precision, double_pairs, long_runs, tuning, architecture })
+        Plan::new(&Given {
+            program,
+            simulation_box,
+            bounds,
+            n,
+            precision,
+            double_pairs,
+            long_runs,
+            tuning,
+            architecture,
+        })
     }
 
     /// Goes over to a plan; false where its kernels or arrays have to be made first.

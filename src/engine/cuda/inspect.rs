@@ -44,7 +44,17 @@ fn plan_of(program: &Program, state: &State, simulation_box: &SimulationBox, pre
     let (bounds, n, tuning) = (state.bounds(), state.len(), Tuning::default());
     // No device is asked for: the choices are those of the architecture that has been tuned.
     let architecture = "sm_90";
-    Plan::new(&Given { program, simulation_box, bounds, n, precision, double_pairs: false, long_runs: false, tuning, architecture })
+    Plan::new(&Given {
+        program,
+        simulation_box,
+        bounds,
+        n,
+        precision,
+        double_pairs: false,
+        long_runs: false,
+        tuning,
+        architecture,
+    })
 }
 
 /// Compiles kernels for an architecture such as "sm_90", or to intermediate code alone for one such as "compute_90"; needs NVRTC,

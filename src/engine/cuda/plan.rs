@@ -19,6 +19,12 @@ const BINS_PER_PARTICLE: f64 = 16.0;
 /// the chain that a step waits for.
 const MOST_SHORT_LANES: u32 = 2;
 
+/// From this part of the widest cutoff on a skin is wide enough that an inner list saves more than it costs to make.
+const WIDE_SKIN: f64 = 0.2;
+
+/// The skin of the inner list as a part of the list's: the fastest of those tried, flat from 0.25 to 0.4.
+const INNER_PART: f64 = 0.35;
+
 /// The narrowest skin of an inner list, as a part of the neighbor cutoff: below it rounding would count.
 const LEAST_INNER: f64 = 0.01;
 
@@ -31,6 +37,8 @@ pub struct Tuning {
     pub choices: Option<Choices>,
     /// Places of a row at the start; rows grow as they have to.
     pub capacity: Option<u32>,
+    /// The skin of the inner list as a part of the list's, below 1; 0: no inner list.
+    pub inner: Option<f64>,
 }
 
 /// What kernels are given.
@@ -120,16 +128,13 @@ impl Plan {
         shape.folded = folded;
         let row = if shape.double_pairs { Precision::Double } else { precision };
         let choices = tuning.choices.unwrap_or_else(|| Table::built_in().choices(architecture, row, n));
-        let env = |name: &str, plain: u32| std::env::var(name).ok().and_then(|t| t.parse().ok()).unwrap_or(plain);
-        let choices = Choices { lanes: env("OCTANT_TL", choices.lanes), group: env("OCTANT_TG", choices.group), slices: env("OCTANT_TS", choices.slices), blocks: env("OCTANT_TB", choices.blocks) };
-        let most_short = env("OCTANT_TW", MOST_SHORT_LANES);
-        Choices { lanes: shape.lanes, group: shape.group, slices: shape.slices, blocks: shape.blocks_at_least } =
-            choices;
+        (shape.lanes, shape.group, shape.slices) = (choices.lanes, choices.group, choices.slices);
+        (shape.blocks_at_least, shape.ahead) = (choices.blocks, choices.ahead);
         let cells = table.iter().map(|t| u64::from(*t)).product::<u64>();
         let buckets = cells * OCTANTS as u64;
         let (visits, visit_starts) = visits(&grid);
         // Beyond so many buckets the table of their runs would be larger than what it saves.
-        shape.short_entries = choices.lanes <= most_short
+        shape.short_entries = choices.lanes <= MOST_SHORT_LANES
             && !given.long_runs
             && !shape.double_pairs
             && !shape.wide_entries
@@ -145,8 +150,10 @@ impl Plan {
         let unit = if shape.double_pairs { 1.0 } else { 1.0 / coarsest };
         let scaled = program.pair.scaled(energy, length);
         let squared = scaled.squared_cutoffs();
-        let inner_skin = program.policy.skin * env("OCTANT_TI", 35) as f64 * 0.01;
-        shape.inner = inner_skin >= LEAST_INNER * radius;
+        let widest = squared.iter().copied().fold(0.0, f64::max).sqrt() * length;
+        let part = tuning.inner.unwrap_or(if program.policy.skin >= WIDE_SKIN * widest { INNER_PART } else { 0.0 });
+        let inner_skin = program.policy.skin * part;
+        shape.inner = inner_skin > LEAST_INNER * radius;
         // The last one is the squared cutoff of the inner list.
         let near = |squared: f64| if squared > 0.0 { (squared.sqrt() + inner_skin / length).powi(2) } else { 0.0 };
         let numbers = |k: usize| {

@@ -47,7 +47,12 @@ pub fn step_content(ptx: &str) -> StepContent {
     let longest = |all: &[Content]| all.iter().copied().max_by_key(|c| c.instructions).unwrap_or_default();
     let shortest = loops.iter().copied().min_by_key(|c| c.instructions).unwrap_or_default();
     let entries = ptx.split_once(ENTRIES).and_then(|(_, rest)| rest.split_whitespace().next()?.parse().ok());
-    StepContent { entries: entries.unwrap_or_default(), moving: longest(&moves), force: shortest, sums: longest(&loops) }
+    StepContent {
+        entries: entries.unwrap_or_default(),
+        moving: longest(&moves),
+        force: shortest,
+        sums: longest(&loops),
+    }
 }
 
 /// Opcodes with their modifiers, such as "fma.rn.f64", in the order of the text.

@@ -45,6 +45,8 @@ pub struct Shape {
     pub slices: u32,
     /// Blocks that fit on a multiprocessor at least: bounds the registers of a thread.
     pub blocks_at_least: u32,
+    /// Chunks of a row that are on their way to the second-level cache before they are read.
+    pub ahead: u32,
 }
 
 impl Shape {
@@ -78,6 +80,7 @@ impl Shape {
             group: 32,
             slices: 1,
             blocks_at_least: 1,
+            ahead: 0,
         }
     }
 

@@ -80,15 +80,10 @@ pub fn pair_numbers(table: &PairTable, cutoff_squared: f64, pair: usize) -> Vec<
 
 /// The kernels of a scene, in parts that are compiled side by side.
 pub fn units(program: &Program, shape: &Shape) -> Vec<Unit> {
-    let common = common(program, shape) + &std::env::var("OCTANT_DEFS").unwrap_or_default().split_whitespace().map(|d| format!("#define {}\n", d.replacen('=', " ", 1))).collect::<String>();
+    let common = common(program, shape);
     let unit = |kernels, stages: &[Stage]| {
         let stages = [GRID, MOTION].into_iter().chain(stages.iter().copied());
-        let stages: String = stages
-            .map(|(name, stage)| {
-                let stage = std::env::var("OCTANT_KERNELS").ok().and_then(|d| std::fs::read_to_string(format!("{d}/{}", name.trim_start_matches("kernels/"))).ok()).unwrap_or_else(|| stage.to_string());
-                format!("#line 1 \"{name}\"\n{stage}")
-            })
-            .collect();
+        let stages: String = stages.map(|(name, stage)| format!("#line 1 \"{name}\"\n{stage}")).collect();
         Unit { kernels, text: format!("{common}{stages}") }
     };
     vec![
@@ -138,6 +133,7 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("SLICES", shape.slices as usize),
         ("BLOCKS_AT_LEAST", shape.blocks_at_least as usize),
         ("CHUNK", shape.chunk() as usize),
+        ("AHEAD", shape.ahead as usize),
     ];
     let switches = [
         ("FIXED", !shape.double_pairs),

@@ -153,9 +153,10 @@ impl Engine {
         // A list can be far larger than the host's memory: where few rows are wanted, they alone come.
         let whole = if rows.len() > n / FEW_ROWS { self.entries(0, self.sizes.list as usize)? } else { Vec::new() };
         let homes: Vec<u32> = self.memory.find("homes").map_or(Ok(Vec::new()), |homes| homes.read(0, n))?;
-        let runs: Vec<u32> = self.memory.find("runs").map_or(Ok(Vec::new()), |runs| {
-            runs.read(0, self.plan.scene.buckets as usize * RUNS as usize)
-        })?;
+        let runs: Vec<u32> = self
+            .memory
+            .find("runs")
+            .map_or(Ok(Vec::new()), |runs| runs.read(0, self.plan.scene.buckets as usize * RUNS as usize))?;
         // A short entry in full: the first one of its run, and the place in it.
         let full = |i: usize, entry: u64| match homes.get(i) {
             Some(home) => {
