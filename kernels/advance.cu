@@ -1,4 +1,12 @@
 // The step loop: one launch runs as many steps as are left, and comes back only where the host or another kernel has to act.
+// Compiled once more with RECORDS for scenes with outputs close to each other: some steps, evenly spaced, leave their sums as
+// they pass, which no other step and no other scene pays for.
+
+#ifdef RECORDS
+#define STEPS advance_recording
+#else
+#define STEPS advance
+#endif
 
 // Leaves marks of a step for all blocks, and waits for theirs; returns those of all.
 __device__ __forceinline__ u32 share_marks(const Arrays& a, Run& r, i64 step, u32 marks) {
@@ -6,11 +14,14 @@ __device__ __forceinline__ u32 share_marks(const Arrays& a, Run& r, i64 step, u3
     return sync_grid(a, r, marks != 0) ? read_flag(&a.control->marks[step % MARKS]) : 0;
 }
 
-extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) advance(const __grid_constant__ Arrays a, const __grid_constant__ Scene s, const __grid_constant__ Order o) {
+extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) STEPS(const __grid_constant__ Arrays a, const __grid_constant__ Scene s, const __grid_constant__ Order o) {
     Control* c = a.control;
     u32 begin = c->begin, trouble = 0;
     if (c->trouble || begin > BEGIN_PACK) return;
     u64 left = c->left;
+#ifdef RECORDS
+    const u32 first_record = c->recorded;
+#endif
     Run r = begin_run(a);
     // Marks of the step that is looked at next.
     u32 marks = 0;
@@ -28,6 +39,13 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) advance(con
         pack_particles(a, s, r);
         sync_grid(a, r);
     }
+#ifdef RECORDS
+    // The next step to record, and how many have been, all of them before a step that this launch has begun. The last step is
+    // not among them, `conclude` has it.
+    i64 next = o.record_first;
+    if (next < r.step) next += (r.step - next + o.record_stride - 1) / o.record_stride * o.record_stride;
+    u32 recorded = first_record;
+#endif
     while (begin != BEGIN_END) {
         if (begin == BEGIN_MOVE) {
             // Particles have moved to this step.
@@ -66,6 +84,14 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) advance(con
             begin = BEGIN_END;
         } else {
             if (THREAD == 0) c->marks[(r.step + 2) % MARKS] = 0;
+#ifdef RECORDS
+            if (r.step == next) {
+                double sums[SUMS] = {0};
+                marks = pair_forces<RECORD>(a, s, r, sums);
+                leave_sums(sums, a.record_sums + ((u64)recorded * gridDim.x + blockIdx.x) * SUMS);
+                marks = share_marks(a, r, r.step + 1, marks);
+            } else
+#endif
             marks = share_marks(a, r, r.step + 1, pair_forces<MOVE>(a, s, r));
         }
         book(a, r, STAGE_PAIR);
@@ -73,7 +99,13 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) advance(con
             trouble = TROUBLE_FORCE;
             break;
         }
+#ifdef RECORDS
+        if (left != 0 && r.step == next) recorded++, next += o.record_stride;
+#endif
         if (left != 0) r.step++;
     }
+#ifdef RECORDS
+    if (THREAD == 0) c->recorded = recorded, c->record_blocks = gridDim.x;
+#endif
     end_run(a, r, left, begin, trouble);
 }

@@ -1,7 +1,7 @@
 // Pair forces: LANES threads a particle add up its row, always in the same order.
 
 // Adds one pair to the sums of a row.
-template <bool SUMS>
+template <bool ADDS>
 __device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const Slot& own, Slot q, u32 code, bool there, real unit_squared, const real* one, real f[3], real sums[TOTALS]) {
     real d[3];
 #ifdef FIXED
@@ -49,11 +49,11 @@ __device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const 
     if (!in) return;
 #endif
     real force, energy;
-    if (SUMS) pair_both(r2, p, &force, &energy);
+    if (ADDS) pair_both(r2, p, &force, &energy);
     else pair_force(r2, p, &force);
     force = in ? force : (real)0;
     for (u32 axis = 0; axis < 3; axis++) f[axis] += force * d[axis];
-    if (SUMS) {
+    if (ADDS) {
         sums[0] += in ? energy : (real)0;
         sums[1] += force * d[0] * d[0], sums[2] += force * d[1] * d[1], sums[3] += force * d[2] * d[2];
         sums[4] += force * d[0] * d[1], sums[5] += force * d[0] * d[2], sums[6] += force * d[1] * d[2];
@@ -74,22 +74,22 @@ __device__ __forceinline__ Chunk stream(const Chunk* from) {
 enum Then {
     KEEP, // f, energy and virial
     STAY, // f
+    RECORD, // energy, virial, kinetic sums, and as MOVE
     MOVE, // the second half of this step and the first half of the next at once, where no one wants to see what lies between
 };
 
-// Reads slots of this step and the list; with KEEP writes one set of energy and virial a block. With MOVE writes x, v, and
-// slots of the next step, and f only where it is no number: such a particle stays, to be looked at. Returns what came to any
-// of its particles: bits of MARK_.
-template <Then THEN> __device__ __forceinline__ u32 pair_forces(const Arrays& a, const Scene& s, const Run& r) {
+// Reads slots of this step and the list; with KEEP and RECORD adds to the sums of this thread, in double precision: TOTALS of
+// pairs, with RECORD also KINETIC of its particles. With MOVE and RECORD writes x, v, and slots of the next step, and f only where
+// it is no number: such a particle stays, to be looked at. Returns what came to any of its particles: bits of MARK_.
+template <Then THEN> __device__ __forceinline__ u32 pair_forces(const Arrays& a, const Scene& s, const Run& r, double* totals = nullptr) {
     const u32 lane = threadIdx.x % LANES;
-    const bool SUMS = THEN == KEEP;
+    const bool ADDS = THEN == KEEP || THEN == RECORD, MOVES = THEN == MOVE || THEN == RECORD;
     real one[NUMBERS];
     for (u32 k = 0; k < NUMBERS; k++) one[k] = TYPES > 1 ? (real)0 : a.coefficients[k];
     const real unit_squared = pinned((real)s.unit_squared), force_unit = pinned((real)s.force_unit);
     const Pace pace = pace_of(s);
     const Slot* slots = slots_of(a, s, r.step);
     Slot* next = slots_of(a, s, r.step + 1);
-    double totals[TOTALS] = {0};
     u32 marks = 0;
     for (u32 i = THREAD / LANES; i < r.n; i += THREADS / LANES) {
         const Slot own = slots[i];
@@ -117,7 +117,7 @@ template <Then THEN> __device__ __forceinline__ u32 pair_forces(const Arrays& a,
 #else
                 const u32 code = 0;
 #endif
-                add_pair<SUMS>(a, s, own, slots[place_of(entry)], code, first + m < count, unit_squared, one, f, sums);
+                add_pair<ADDS>(a, s, own, slots[place_of(entry)], code, first + m < count, unit_squared, one, f, sums);
             }
         }
         asm volatile("// end of pair loop");
@@ -133,20 +133,13 @@ template <Then THEN> __device__ __forceinline__ u32 pair_forces(const Arrays& a,
                 broken |= !isfinite(whole);
                 force[axis] = (store)whole;
             }
-            if (THEN != MOVE || broken)
+            if (!MOVES || broken)
                 for (u32 axis = 0; axis < 3; axis++) axis_of(a.f, s, axis)[i] = (real)force[axis];
             if (broken) marks |= MARK_FORCE;
-            else if (THEN == MOVE) marks |= move_particle<true, true>(a, s, r, pace, i, force, next);
+            else if (MOVES) marks |= move_particle<true, true, THEN == RECORD>(a, s, r, pace, i, force, next, totals + TOTALS);
         }
-        if (SUMS) {
+        if (ADDS) {
             for (u32 k = 0; k < TOTALS; k++) totals[k] += (double)sums[k];
-        }
-    }
-    if (SUMS) {
-        __shared__ double scratch[32];
-        for (u32 k = 0; k < TOTALS; k++) {
-            const double total = sum_block(totals[k], scratch);
-            if (threadIdx.x == 0) a.block_sums[blockIdx.x * TOTALS + k] = total;
         }
     }
     return marks;

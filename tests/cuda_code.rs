@@ -8,7 +8,7 @@ mod kernels;
 use common::{melt, program, program_of_style};
 use kernels::{gas, is_there};
 
-use octant::engine::cuda::inspect::{arguments_of, inspect, units_of};
+use octant::engine::cuda::inspect::{arguments_of, inspect, recording_unit_of, units_of};
 use octant::engine::cuda::ptx::{
     StepContent, bytes, double_instructions, entries, moves, opcodes, pair_loops, step_content,
 };
@@ -24,6 +24,10 @@ fn ptx_of(program: &Program, (state, space): &(State, SimulationBox), precision:
     units.iter().map(|unit| inspect(&unit.text, VIRTUAL).unwrap().ptx).collect()
 }
 
+fn recording_ptx(program: &Program, (state, space): &(State, SimulationBox), precision: Precision) -> String {
+    inspect(&recording_unit_of(program, state, space, precision).text, VIRTUAL).unwrap().ptx
+}
+
 /// Lennard-Jones particles of so many types; with one type coordinates go around with the box.
 fn lennard_jones(types: usize) -> Program {
     program(&[2.5, 2.0][..types], 0.3, Search::Trimmed)
@@ -34,6 +38,24 @@ fn force_loop(ptx: &str) -> Vec<String> {
     let loops = pair_loops(ptx);
     let shortest = loops.iter().min_by_key(|text| opcodes(text).count()).expect("pair loops are marked");
     opcodes(shortest).map(String::from).collect()
+}
+
+/// Those of the longest one, with energy and virial.
+fn sums_loop(ptx: &str) -> Vec<String> {
+    let loops = pair_loops(ptx);
+    let longest = loops.iter().max_by_key(|text| opcodes(text).count()).expect("pair loops are marked");
+    opcodes(longest).map(String::from).collect()
+}
+
+/// Operations among opcodes that round their result, sorted.
+fn arithmetic(opcodes: Vec<String>) -> Vec<String> {
+    let rounds = |opcode: &String| {
+        let is_float = opcode.ends_with(".f32") || opcode.ends_with(".f64");
+        is_float && ["add.", "sub.", "mul.", "fma.", "rcp."].iter().any(|operation| opcode.starts_with(operation))
+    };
+    let mut all: Vec<String> = opcodes.into_iter().filter(rounds).collect();
+    all.sort();
+    all
 }
 
 /// How many lines of a text stand above a line.
@@ -73,6 +95,7 @@ fn entry_points_take_what_the_host_gives() {
     for (program, scene) in [(lennard_jones(1), melt(10)), (other, gas(500, 9.0, Side::Periodic))] {
         for precision in Precision::ALL {
             let mut found = entries(&ptx_of(&program, &scene, precision));
+            found.extend(entries(&recording_ptx(&program, &scene, precision)));
             found.sort();
             let mut wanted: Vec<(String, Vec<usize>)> = arguments_of(&program, &scene.0, &scene.1, precision);
             wanted.sort();
@@ -134,12 +157,32 @@ fn energy_and_virial_are_worked_out_where_they_are_wanted() {
     for style in octant::pair::styles() {
         let program = program_of_style(&style, true, 1.0, 1.0);
         for precision in Precision::ALL {
-            let step = step_content(&ptx_of(&program, &gas(2000, 30.0, Side::Periodic), precision));
+            let ptx = ptx_of(&program, &gas(2000, 30.0, Side::Periodic), precision);
             // An entry adds to one energy and six terms of the virial.
             let more = StepContent::ENTRIES * 7;
-            let (force, sums) = (step.force.instructions, step.sums.instructions);
+            let (force, sums) = (arithmetic(force_loop(&ptx)).len(), arithmetic(sums_loop(&ptx)).len());
             assert!(force > 0 && force + more <= sums, "{}, {precision:?}: {force}, {sums}", style.name);
         }
+    }
+}
+
+#[test]
+fn a_step_is_recorded_beside_those_that_are_not() {
+    if !is_there() {
+        return;
+    }
+    for precision in Precision::ALL {
+        let (program, scene) = (lennard_jones(1), melt(10));
+        let (others, recording) = (ptx_of(&program, &scene, precision), recording_ptx(&program, &scene, precision));
+        let plain = step_content(&others);
+        // Steps on the way are rounded as in the other kernels, whether they are recorded or not: which of them ran must not
+        // show in a bit.
+        assert_eq!(arithmetic(force_loop(&recording)), arithmetic(force_loop(&others)), "{precision:?}");
+        assert_eq!(arithmetic(sums_loop(&recording)), arithmetic(sums_loop(&others)), "{precision:?}");
+        let all = moves(&recording);
+        // Three products with the mass, six that are added.
+        let kinetic = |text: &String| double_instructions(text) >= plain.moving.doubles + 9;
+        assert!(all.iter().any(kinetic) && all.iter().any(|text| !kinetic(text)), "{precision:?}");
     }
 }
 

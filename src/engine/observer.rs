@@ -44,6 +44,13 @@ pub struct Sums {
     pub virial: [f64; 6],
 }
 
+/// Sums of a step that a run has passed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Record {
+    pub step: i64,
+    pub sums: Sums,
+}
+
 /// Counts that the end-of-run statistics print.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NeighborStatistics {

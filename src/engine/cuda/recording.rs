@@ -1,0 +1,109 @@
+//! Runs over several outputs in one launch: the device records the sums of a step as it passes.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use super::compiled::compile_recording;
+use super::engine::Engine;
+use super::layout::*;
+use crate::engine::backend::{Reached, Stop};
+use crate::engine::observer::{Needs, Record, Sums};
+
+/// Outputs that have to be ahead before kernels are compiled for them. That takes about a second, once for a kind of scene, as
+/// binaries are kept on disk; an output that ends a launch costs a tenth of a millisecond, with a million atoms a whole one.
+const FEWEST_OUTPUTS: u64 = 200;
+
+/// Outputs, `stride` steps apart, that one launch of about so many steps goes to, where there are `count` ahead. The last of them
+/// ends it, those before are recorded.
+fn outputs_of_launch(steps: u64, stride: u64, count: u64) -> u64 {
+    (steps / stride.max(1)).min(count).min(u64::from(MOST_RECORDS) + 1)
+}
+
+impl Engine {
+    /// As [`crate::engine::Backend::advance_recording`]: one launch, or up to the next output where a launch reaches no second
+    /// one, or too few are ahead. Which of these it is depends on the clock, but does not show in any bit of the results: all
+    /// kernels with sums add them up in the same order.
+    pub fn advance_recording(
+        &mut self,
+        (stride, count): (u64, u64),
+        needs: Needs,
+        stop: &AtomicBool,
+        records: &mut Vec<Record>,
+    ) -> Result<Reached, Stop> {
+        let outputs = outputs_of_launch(self.steps_in_launch(), stride, count);
+        if outputs < 2 || (self.compiled.recording.is_none() && count < FEWEST_OUTPUTS) {
+            return self.advance(stride, needs, stop);
+        }
+        self.prepare_recording()?;
+        let (steps, stride) = (outputs * stride, stride as i64);
+        let first = self.control.step + stride;
+        (self.control.left, self.control.begin) = (steps, BEGIN_MOVE);
+        let sums = needs.sums().into();
+        let clock = Instant::now();
+        let gone = self.go(Order { record_first: first, record_stride: stride, sums, finish: 1, set_up: 0 });
+        // Whatever became of the rest, steps that have been recorded are behind.
+        let passed = std::mem::take(&mut self.recorded).into_iter();
+        records.extend((0..).zip(passed).map(|(k, sums)| Record { step: first + k * stride, sums }));
+        gone?;
+        self.seconds_per_step = clock.elapsed().as_secs_f64() / steps as f64;
+        if stop.load(Ordering::Relaxed) {
+            return self.interrupt(needs.energy && needs.virial);
+        }
+        Ok(Reached::End)
+    }
+
+    /// Kernels that record, and room for what they leave; the scene may have got others since the last launch.
+    pub(super) fn prepare_recording(&mut self) -> Result<(), String> {
+        if self.compiled.recording.is_none() {
+            self.compiled.recording = Some(compile_recording(&self.compiler, &self.program, &self.compiled)?);
+        }
+        if self.sizes.records == 0 {
+            self.sizes.records = MOST_RECORDS.into();
+            let (device, shape, n) = (&self.compiler.device, &self.plan.shape, self.control.n as usize);
+            self.memory.renew("record_sums", device, shape, &self.sizes, n)?;
+            self.memory.renew("records", device, shape, &self.sizes, n)?;
+        }
+        Ok(())
+    }
+
+    /// Brings back what the last launch has recorded.
+    pub(super) fn read_records(&mut self) -> Result<(), String> {
+        const EACH: usize = SUMS as usize;
+        let count = self.control.recorded as usize;
+        if count > 0 {
+            let all: Vec<f64> = self.memory.get("records").read(0, EACH * count)?;
+            let sums: Vec<Sums> = all.chunks_exact(EACH).map(|sums| self.sums_of(sums)).collect();
+            self.recorded.extend(sums);
+        }
+        Ok(())
+    }
+
+    /// Sums in the units of the scene, from those of the device.
+    pub(super) fn sums_of(&self, sums: &[f64]) -> Sums {
+        let (pairs, kinetic) = sums.split_at(TOTALS as usize);
+        let plan = &self.plan;
+        // Every pair stands in two rows.
+        Sums {
+            kinetic: std::array::from_fn(|k| kinetic[k]),
+            potential: 0.5 * plan.energy * pairs[0],
+            virial: std::array::from_fn(|k| 0.5 * plan.scene.force_unit * plan.unit * pairs[k + 1]),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_launch_ends_at_an_output() {
+        // As many as there is time for, as are ahead, as there is room for.
+        assert_eq!(outputs_of_launch(100, 10, 1000), 10);
+        assert_eq!(outputs_of_launch(109, 10, 1000), 10);
+        assert_eq!(outputs_of_launch(100, 10, 3), 3);
+        assert_eq!(outputs_of_launch(10_000, 1, u64::MAX), u64::from(MOST_RECORDS) + 1);
+        // One alone is no reason to record, none even less.
+        assert_eq!(outputs_of_launch(15, 10, 1000), 1);
+        assert_eq!(outputs_of_launch(8, 10, 1000), 0);
+    }
+}
