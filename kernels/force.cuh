@@ -1,7 +1,14 @@
 // Pair forces: LANES threads a particle add up its row, always in the same order.
 
+// What is added up beside forces.
+enum Adds {
+    NOTHING,
+    PRESSURE, // energy and the trace of the virial, which is what the scalar pressure takes, in half the instructions of
+    ALL,      // all TOTALS
+};
+
 // Adds one pair to the sums of a row.
-template <bool ADDS>
+template <Adds ADDS>
 __device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const Slot& own, Slot q, u32 code, bool there, real unit_squared, const real* one, real f[3], real sums[TOTALS]) {
     real d[3];
 #ifdef FIXED
@@ -13,7 +20,8 @@ __device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const 
 #ifdef SCALED
     for (u32 axis = 0; axis < 3; axis++) d[axis] *= s.scale[axis];
 #endif
-    real r2 = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * unit_squared;
+    const real squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    real r2 = squared * unit_squared;
 #else
 #ifdef IMAGES
     const Slot at = q;
@@ -23,7 +31,8 @@ __device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const 
     }
 #endif
     d[0] = own.x - q.x, d[1] = own.y - q.y, d[2] = own.z - q.z;
-    real r2 = __dadd_rn(__dadd_rn(__dmul_rn(d[0], d[0]), __dmul_rn(d[1], d[1])), __dmul_rn(d[2], d[2]));
+    const real squared = __dadd_rn(__dadd_rn(__dmul_rn(d[0], d[0]), __dmul_rn(d[1], d[1])), __dmul_rn(d[2], d[2]));
+    const real r2 = squared;
 #endif
 #if TYPES > 1
     const real* p = a.coefficients + ((u32)own.w * TYPES + (u32)q.w) * NUMBERS;
@@ -49,14 +58,22 @@ __device__ __forceinline__ void add_pair(const Arrays& a, const Scene& s, const 
     if (!in) return;
 #endif
     real force, energy;
-    if (ADDS) pair_both(r2, p, &force, &energy);
+    if (ADDS != NOTHING) pair_both(r2, p, &force, &energy);
     else pair_force(r2, p, &force);
     force = in ? force : (real)0;
-    for (u32 axis = 0; axis < 3; axis++) f[axis] += force * d[axis];
-    if (ADDS) {
+    // What is added up beside forces must not show in them: the compiler makes one operation of the first line, and is not to
+    // make two of the second because the product has another use.
+    for (u32 axis = 0; axis < 3; axis++) {
+        if (ADDS == NOTHING) f[axis] += force * d[axis];
+        else f[axis] = fma(force, d[axis], f[axis]);
+    }
+    if (ADDS != NOTHING) {
         sums[0] += in ? energy : (real)0;
-        sums[1] += force * d[0] * d[0], sums[2] += force * d[1] * d[1], sums[3] += force * d[2] * d[2];
-        sums[4] += force * d[0] * d[1], sums[5] += force * d[0] * d[2], sums[6] += force * d[1] * d[2];
+        sums[1] = fma(force, squared, sums[1]);
+    }
+    if (ADDS == ALL) {
+        sums[2] += force * d[0] * d[0], sums[3] += force * d[1] * d[1], sums[4] += force * d[2] * d[2];
+        sums[5] += force * d[0] * d[1], sums[6] += force * d[0] * d[2], sums[7] += force * d[1] * d[2];
     }
 }
 
@@ -74,16 +91,22 @@ __device__ __forceinline__ Chunk stream(const Chunk* from) {
 enum Then {
     KEEP, // f, energy and virial
     STAY, // f
-    RECORD, // energy, virial, kinetic sums, and as MOVE
+    RECORD, // energy, virial or its trace, kinetic sums, and as MOVE
     MOVE, // the second half of this step and the first half of the next at once, where no one wants to see what lies between
 };
 
 // Reads slots of this step and the list; with KEEP and RECORD adds to the sums of this thread, in double precision: TOTALS of
-// pairs, with RECORD also KINETIC of its particles. With MOVE and RECORD writes x, v, and slots of the next step, and f only where
+// pairs, with RECORD (where TENSOR is not set, without the virial but for its trace) also KINETIC of its particles. With MOVE and RECORD writes x, v, and slots of the next step, and f only where
 // it is no number: such a particle stays, to be looked at. Returns what came to any of its particles: bits of MARK_.
 template <Then THEN> __device__ __forceinline__ u32 pair_forces(const Arrays& a, const Scene& s, const Run& r, double* totals = nullptr) {
     const u32 lane = threadIdx.x % LANES;
-    const bool ADDS = THEN == KEEP || THEN == RECORD, MOVES = THEN == MOVE || THEN == RECORD;
+    const bool MOVES = THEN == MOVE || THEN == RECORD;
+#ifdef TENSOR
+    const Adds RECORDED = ALL;
+#else
+    const Adds RECORDED = PRESSURE;
+#endif
+    const Adds ADDS = THEN == KEEP ? ALL : THEN == RECORD ? RECORDED : NOTHING;
     real one[NUMBERS];
     for (u32 k = 0; k < NUMBERS; k++) one[k] = TYPES > 1 ? (real)0 : a.coefficients[k];
     const real unit_squared = pinned((real)s.unit_squared), force_unit = pinned((real)s.force_unit);
@@ -138,8 +161,8 @@ template <Then THEN> __device__ __forceinline__ u32 pair_forces(const Arrays& a,
             if (broken) marks |= MARK_FORCE;
             else if (MOVES) marks |= move_particle<true, true, THEN == RECORD>(a, s, r, pace, i, force, next, totals + TOTALS);
         }
-        if (ADDS) {
-            for (u32 k = 0; k < TOTALS; k++) totals[k] += (double)sums[k];
+        if (ADDS != NOTHING) {
+            for (u32 k = 0; k < (ADDS == ALL ? TOTALS : PRESSURE_TOTALS); k++) totals[k] += (double)sums[k];
         }
     }
     return marks;

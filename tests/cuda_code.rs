@@ -24,8 +24,9 @@ fn ptx_of(program: &Program, (state, space): &(State, SimulationBox), precision:
     units.iter().map(|unit| inspect(&unit.text, VIRTUAL).unwrap().ptx).collect()
 }
 
-fn recording_ptx(program: &Program, (state, space): &(State, SimulationBox), precision: Precision) -> String {
-    inspect(&recording_unit_of(program, state, space, precision).text, VIRTUAL).unwrap().ptx
+fn recording_ptx(program: &Program, scene: &(State, SimulationBox), precision: Precision, tensor: bool) -> String {
+    let (state, space) = scene;
+    inspect(&recording_unit_of(program, state, space, precision, tensor).text, VIRTUAL).unwrap().ptx
 }
 
 /// Lennard-Jones particles of so many types; with one type coordinates go around with the box.
@@ -95,7 +96,7 @@ fn entry_points_take_what_the_host_gives() {
     for (program, scene) in [(lennard_jones(1), melt(10)), (other, gas(500, 9.0, Side::Periodic))] {
         for precision in Precision::ALL {
             let mut found = entries(&ptx_of(&program, &scene, precision));
-            found.extend(entries(&recording_ptx(&program, &scene, precision)));
+            found.extend(entries(&recording_ptx(&program, &scene, precision, true)));
             found.sort();
             let mut wanted: Vec<(String, Vec<usize>)> = arguments_of(&program, &scene.0, &scene.1, precision);
             wanted.sort();
@@ -158,8 +159,8 @@ fn energy_and_virial_are_worked_out_where_they_are_wanted() {
         let program = program_of_style(&style, true, 1.0, 1.0);
         for precision in Precision::ALL {
             let ptx = ptx_of(&program, &gas(2000, 30.0, Side::Periodic), precision);
-            // An entry adds to one energy and six terms of the virial.
-            let more = StepContent::ENTRIES * 7;
+            // An entry adds to one energy, six terms of the virial and their trace.
+            let more = StepContent::ENTRIES * 8;
             let (force, sums) = (arithmetic(force_loop(&ptx)).len(), arithmetic(sums_loop(&ptx)).len());
             assert!(force > 0 && force + more <= sums, "{}, {precision:?}: {force}, {sums}", style.name);
         }
@@ -171,18 +172,31 @@ fn a_step_is_recorded_beside_those_that_are_not() {
     if !is_there() {
         return;
     }
-    for precision in Precision::ALL {
+    let without = |all: &[String], fewer: &[String]| {
+        let mut rest = all.to_vec();
+        for opcode in fewer {
+            rest.remove(rest.iter().position(|o| o == opcode).unwrap_or_else(|| panic!("{opcode} is one too many")));
+        }
+        rest
+    };
+    for (precision, real) in [(Precision::Single, "f32"), (Precision::Mixed, "f32"), (Precision::Double, "f64")] {
         let (program, scene) = (lennard_jones(1), melt(10));
-        let (others, recording) = (ptx_of(&program, &scene, precision), recording_ptx(&program, &scene, precision));
-        let plain = step_content(&others);
-        // Steps on the way are rounded as in the other kernels, whether they are recorded or not: which of them ran must not
-        // show in a bit.
-        assert_eq!(arithmetic(force_loop(&recording)), arithmetic(force_loop(&others)), "{precision:?}");
-        assert_eq!(arithmetic(sums_loop(&recording)), arithmetic(sums_loop(&others)), "{precision:?}");
-        let all = moves(&recording);
-        // Three products with the mass, six that are added.
-        let kinetic = |text: &String| double_instructions(text) >= plain.moving.doubles + 9;
-        assert!(all.iter().any(kinetic) && all.iter().any(|text| !kinetic(text)), "{precision:?}");
+        let others = ptx_of(&program, &scene, precision);
+        let (plain, kept) = (arithmetic(force_loop(&others)), arithmetic(sums_loop(&others)));
+        for tensor in [false, true] {
+            let recording = recording_ptx(&program, &scene, precision, tensor);
+            // Steps on the way are rounded as in the other kernels, whether they are recorded or not: which of them ran must
+            // not show in a bit. Without the tensor there are three products and six sums of them less.
+            assert_eq!(arithmetic(force_loop(&recording)), plain, "{precision:?}");
+            let less = if tensor { 0 } else { StepContent::ENTRIES };
+            let tensor_alone = without(&kept, &arithmetic(sums_loop(&recording)));
+            let (sums, products) = (vec![format!("fma.rn.{real}"); 6 * less], vec![format!("mul.{real}"); 3 * less]);
+            assert_eq!(tensor_alone, [sums, products].concat(), "{precision:?}");
+            let moves = moves(&recording);
+            // Three products with the mass, six that are added.
+            let kinetic = |text: &String| double_instructions(text) >= step_content(&others).moving.doubles + 9;
+            assert!(moves.iter().any(kinetic) && moves.iter().any(|text| !kinetic(text)), "{precision:?}");
+        }
     }
 }
 

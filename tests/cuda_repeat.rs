@@ -13,7 +13,7 @@ use octant::system::{SimulationBox, State};
 /// Bits of positions, velocities, forces, and of energy, virial and kinetic sums, after a run of two parts and one with sums at
 /// every step, of which the clock decides how many end a launch.
 fn bits(variant: &Variant, program: &Program, (state, space): &(State, SimulationBox)) -> (Vec<u64>, u64) {
-    let all = Needs { energy: true, virial: true, positions: true, forces: true };
+    let all = Needs { energy: true, virial: true, pressure: true, positions: true, forces: true };
     let mut backend = variant.backend(1);
     backend.load(arc(program.clone()), state, space, 0).unwrap();
     backend.set_up(all).unwrap();
@@ -21,13 +21,13 @@ fn bits(variant: &Variant, program: &Program, (state, space): &(State, Simulatio
     for steps in [130, 70] {
         backend.advance(steps, all, &stop).unwrap();
     }
-    let (mut records, last) = (Vec::new(), backend.step() + 300);
+    let (mut records, last) = (Vec::new(), backend.step() + 1000);
     while backend.step() < last {
         let left = (last - backend.step()) as u64;
         backend.advance_recording((1, left), all, &stop, &mut records).unwrap();
         records.push(Record { step: backend.step(), sums: backend.sums().unwrap() });
     }
-    assert_eq!(records.len(), 300, "{}", variant.name);
+    assert_eq!(records.len(), 1000, "{}", variant.name);
     let mut end = state.clone();
     backend.fetch(&mut end).unwrap();
     let sums = |r: Record| [&[r.sums.potential][..], &r.sums.virial, &r.sums.kinetic].concat();

@@ -39,10 +39,11 @@ pub struct KeywordInfo {
     pub of_run: bool,
 }
 
-const NOTHING: Needs = Needs { energy: false, virial: false, positions: false, forces: false };
+const NOTHING: Needs = Needs { energy: false, virial: false, pressure: false, positions: false, forces: false };
 const ENERGY: Needs = Needs { energy: true, ..NOTHING };
 const VIRIAL: Needs = Needs { virial: true, ..NOTHING };
-const BOTH: Needs = Needs { energy: true, virial: true, ..NOTHING };
+const PRESSURE: Needs = Needs { pressure: true, ..NOTHING };
+const BOTH: Needs = Needs { energy: true, pressure: true, ..NOTHING };
 const FORCES: Needs = Needs { forces: true, ..NOTHING };
 
 const fn count(name: &'static str, header: &'static str) -> KeywordInfo {
@@ -68,7 +69,7 @@ pub const KEYWORDS: &[KeywordInfo] = &[
     plain("dt", "Dt", NOTHING), plain("time", "Time", NOTHING),
     of_run(plain("cpu", "CPU", NOTHING)), of_run(plain("tpcpu", "T/CPU", NOTHING)),
     of_run(plain("spcpu", "S/CPU", NOTHING)), of_run(plain("cpuremain", "CPULeft", NOTHING)), count("part", "Part"), plain("timeremain", "TimeoutLeft", NOTHING),
-    count("atoms", "Atoms"), plain("temp", "Temp", NOTHING), plain("press", "Press", VIRIAL),
+    count("atoms", "Atoms"), plain("temp", "Temp", NOTHING), plain("press", "Press", PRESSURE),
     extensive("pe", "PotEng", ENERGY), extensive("ke", "KinEng", NOTHING), extensive("etotal", "TotEng", ENERGY),
     extensive("evdwl", "E_vdwl", ENERGY), extensive("ecoul", "E_coul", NOTHING), extensive("epair", "E_pair", ENERGY),
     extensive("ebond", "E_bond", NOTHING), extensive("eangle", "E_angle", NOTHING),

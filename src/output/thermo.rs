@@ -161,7 +161,9 @@ impl ThermoTable {
         self.columns.iter().fold(Needs::default(), |needs, column| {
             needs.union(match &column.source {
                 ThermoSource::Keyword(name) => keyword(name).map_or(Needs::default(), |info| info.needs),
-                ThermoSource::Variable(_) => Needs { energy: true, virial: true, positions: true, forces: true },
+                ThermoSource::Variable(_) => {
+                    Needs { energy: true, virial: true, pressure: true, positions: true, forces: true }
+                }
             })
         })
     }

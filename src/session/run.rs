@@ -30,7 +30,7 @@ pub enum Outcome {
 pub static STOP: AtomicBool = AtomicBool::new(false);
 
 /// What the last step of a run computes whoever looks: formulas between runs, and a run without set-up, may ask for it.
-pub const LAST_STEP: Needs = Needs { energy: true, virial: true, positions: false, forces: false };
+pub const LAST_STEP: Needs = Needs { energy: true, virial: true, pressure: true, positions: false, forces: false };
 
 /// First and last step of a run command.
 pub fn steps(command: &RunCommand, now: i64) -> Result<(i64, i64), Complaint> {

@@ -26,6 +26,8 @@ pub struct Compiled {
 /// Kernels that record sums of steps as they pass.
 pub struct Recording {
     _module: Module,
+    /// They record the whole virial.
+    pub tensor: bool,
     /// Takes the place of the other `advance`.
     pub advance: Launch,
     pub sum: Launch,
@@ -95,9 +97,14 @@ pub fn compile(compiler: &Compiler, program: &Program, shape: &Shape, n: usize) 
     })
 }
 
-/// Kernels that record, beside those of the same scene: with as many blocks as `conclude`, whose sums theirs are to equal.
-pub fn compile_recording(compiler: &Compiler, program: &Program, beside: &Compiled) -> Result<Recording, String> {
-    let unit = recording_unit(program, &beside.shape);
+/// Kernels that record, the whole virial or its trace, beside those of the same scene: with as many blocks as `conclude`, whose sums theirs are to equal.
+pub fn compile_recording(
+    compiler: &Compiler,
+    program: &Program,
+    beside: &Compiled,
+    tensor: bool,
+) -> Result<Recording, String> {
+    let unit = recording_unit(program, &beside.shape, tensor);
     let compiled = compiler.kernels(std::slice::from_ref(&unit))?;
     let module = Module::load(&compiled[0].cubin)?;
     let processors = compiler.device.multiprocessors;
@@ -108,5 +115,5 @@ pub fn compile_recording(compiler: &Compiler, program: &Program, beside: &Compil
     };
     let advance = find("advance_recording", beside.conclude.blocks)?;
     let sum = find("sum_records", MOST_RECORDS)?;
-    Ok(Recording { _module: module, advance, sum })
+    Ok(Recording { _module: module, tensor, advance, sum })
 }

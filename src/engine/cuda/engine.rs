@@ -54,6 +54,8 @@ pub struct Engine {
     /// As the last launches left them: energy (of all rows) and virial by the one that was asked for them, kinetic sums by the
     /// last that came to an end.
     pub(super) sums: [f64; SUMS as usize],
+    /// Of the virial more was asked for than its trace.
+    pub(super) tensor: bool,
     /// Those of the current velocities are there.
     pub(super) summed: bool,
     /// Of the steps that the launches of the order under way have recorded.
@@ -115,6 +117,7 @@ impl Engine {
             memory: Memory::default(),
             control: Control { step, next_sort: step, ..Control::default() },
             sums: [0.0; SUMS as usize],
+            tensor: true,
             summed: false,
             recorded: Vec::new(),
             lost: 0,
@@ -176,6 +179,7 @@ impl Engine {
         };
         self.control.half_done = 0;
         self.control.left = 0;
+        self.ask(needs);
         self.build_from(particles, Order { sums: needs.sums().into(), set_up: 1, ..Order::default() })?;
         self.base = self.control.nanoseconds;
         Ok(())

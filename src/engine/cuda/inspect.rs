@@ -24,14 +24,15 @@ pub fn units_of(program: &Program, state: &State, simulation_box: &SimulationBox
     units(program, &plan_of(program, state, simulation_box, precision).shape)
 }
 
-/// Those that a run with many outputs has besides.
+/// Those that a run with many outputs has besides; of the virial they record the trace, or all of it.
 pub fn recording_unit_of(
     program: &Program,
     state: &State,
     simulation_box: &SimulationBox,
     precision: Precision,
+    tensor: bool,
 ) -> Unit {
-    recording_unit(program, &plan_of(program, state, simulation_box, precision).shape)
+    recording_unit(program, &plan_of(program, state, simulation_box, precision).shape, tensor)
 }
 
 /// Names of a scene's entry points, and bytes of each argument that the host launches them with.
@@ -43,7 +44,7 @@ pub fn arguments_of(
 ) -> Vec<(String, Vec<usize>)> {
     let shape = plan_of(program, state, simulation_box, precision).shape;
     let bytes = vec![arrays(&shape).len() * size_of::<u64>(), size_of::<Scene>(), size_of::<Order>()];
-    let units = units(program, &shape).into_iter().chain([recording_unit(program, &shape)]);
+    let units = units(program, &shape).into_iter().chain([recording_unit(program, &shape, true)]);
     units.flat_map(|unit| unit.kernels).map(|kernel| (kernel.to_string(), bytes.clone())).collect()
 }
 

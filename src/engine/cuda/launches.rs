@@ -25,6 +25,7 @@ const GROWTH: f64 = 1.1;
 impl Engine {
     /// Runs steps in launches of bounded length; what `needs` asks for is computed at the last step.
     pub fn advance(&mut self, steps: u64, needs: Needs, stop: &AtomicBool) -> Result<Reached, Stop> {
+        self.ask(needs);
         let mut left = steps;
         while left > 0 {
             let now = left.min(self.steps_in_launch());
@@ -36,10 +37,17 @@ impl Engine {
             self.seconds_per_step = clock.elapsed().as_secs_f64() / now as f64;
             left -= now;
             if stop.load(Ordering::Relaxed) {
-                return self.interrupt(end && needs.energy && needs.virial);
+                return self.interrupt(end && needs.sums());
             }
         }
         Ok(Reached::End)
+    }
+
+    /// Notes which sums are wanted; where none are, those of before still stand.
+    pub(super) fn ask(&mut self, needs: Needs) {
+        if needs.sums() {
+            self.tensor = needs.virial || !needs.pressure;
+        }
     }
 
     /// Steps of a launch that takes as long as one may.
@@ -48,9 +56,10 @@ impl Engine {
         (bound as u64).max(1)
     }
 
-    /// Ends at the current step, whose sums whoever looks at it may want.
-    pub(super) fn interrupt(&mut self, complete: bool) -> Result<Reached, Stop> {
-        if !complete {
+    /// Ends at the current step, all of whose sums whoever looks at it may want; they may be there.
+    pub(super) fn interrupt(&mut self, summed: bool) -> Result<Reached, Stop> {
+        self.tensor = true;
+        if !summed {
             self.control.begin = BEGIN_FORCE;
             self.go(Order { sums: 1, finish: 1, ..Order::default() })?;
         }

@@ -86,8 +86,10 @@ numbers! {
     STAGE_SORT = 2;
     STAGE_LIST = 3;
     STAGE_PAIR = 4;
-    /// Sums over pairs: energy and virial. A block of the sort leaves bounds in as much room.
-    TOTALS = 7;
+    /// Sums over pairs: energy, trace of the virial, virial. A block of the sort leaves bounds in as much room.
+    TOTALS = 8;
+    /// Those of them that a scalar pressure takes.
+    PRESSURE_TOTALS = 2;
     /// Sums of m v v.
     KINETIC = 6;
     /// All sums that an output may want, in this order.

@@ -9,14 +9,22 @@ use super::layout::*;
 use crate::engine::backend::{Reached, Stop};
 use crate::engine::observer::{Needs, Record, Sums};
 
-/// Outputs that have to be ahead before kernels are compiled for them. That takes about a second, once for a kind of scene, as
-/// binaries are kept on disk; an output that ends a launch costs a tenth of a millisecond, with a million atoms a whole one.
-const FEWEST_OUTPUTS: u64 = 200;
+/// Wall seconds that outputs ahead have to cost before kernels are compiled for them. That takes about a second, but once for a
+/// kind of scene: binaries are kept on disk.
+const WORTH_COMPILING: f64 = 0.05;
+
+/// Wall seconds that an output costs where it ends a launch, beside half a step: launches, copies, waiting.
+const END_OF_LAUNCH: f64 = 1e-4;
 
 /// Outputs, `stride` steps apart, that one launch of about so many steps goes to, where there are `count` ahead. The last of them
 /// ends it, those before are recorded.
 fn outputs_of_launch(steps: u64, stride: u64, count: u64) -> u64 {
     (steps / stride.max(1)).min(count).min(u64::from(MOST_RECORDS) + 1)
+}
+
+/// Whether kernels are to be compiled for so many outputs.
+fn is_worth_compiling(count: u64, seconds_per_step: f64) -> bool {
+    count as f64 * (END_OF_LAUNCH + 0.5 * seconds_per_step) > WORTH_COMPILING
 }
 
 impl Engine {
@@ -31,7 +39,8 @@ impl Engine {
         records: &mut Vec<Record>,
     ) -> Result<Reached, Stop> {
         let outputs = outputs_of_launch(self.steps_in_launch(), stride, count);
-        if outputs < 2 || (self.compiled.recording.is_none() && count < FEWEST_OUTPUTS) {
+        self.ask(needs);
+        if outputs < 2 || !(self.can_record() || is_worth_compiling(count, self.seconds_per_step)) {
             return self.advance(stride, needs, stop);
         }
         self.prepare_recording()?;
@@ -47,15 +56,21 @@ impl Engine {
         gone?;
         self.seconds_per_step = clock.elapsed().as_secs_f64() / steps as f64;
         if stop.load(Ordering::Relaxed) {
-            return self.interrupt(needs.energy && needs.virial);
+            return self.interrupt(needs.sums());
         }
         Ok(Reached::End)
     }
 
+    /// The kernels for it are there.
+    fn can_record(&self) -> bool {
+        self.compiled.recording.as_ref().is_some_and(|recording| recording.tensor || !self.tensor)
+    }
+
     /// Kernels that record, and room for what they leave; the scene may have got others since the last launch.
     pub(super) fn prepare_recording(&mut self) -> Result<(), String> {
-        if self.compiled.recording.is_none() {
-            self.compiled.recording = Some(compile_recording(&self.compiler, &self.program, &self.compiled)?);
+        if !self.can_record() {
+            let recording = compile_recording(&self.compiler, &self.program, &self.compiled, self.tensor)?;
+            self.compiled.recording = Some(recording);
         }
         if self.sizes.records == 0 {
             self.sizes.records = MOST_RECORDS.into();
@@ -82,11 +97,16 @@ impl Engine {
     pub(super) fn sums_of(&self, sums: &[f64]) -> Sums {
         let (pairs, kinetic) = sums.split_at(TOTALS as usize);
         let plan = &self.plan;
+        let third = [pairs[1] / 3.0, pairs[1] / 3.0, pairs[1] / 3.0, 0.0, 0.0, 0.0];
         // Every pair stands in two rows.
+        let virial = |k: usize| {
+            let sum = if self.tensor { pairs[k + PRESSURE_TOTALS as usize] } else { third[k] };
+            0.5 * plan.scene.force_unit * plan.unit * sum
+        };
         Sums {
             kinetic: std::array::from_fn(|k| kinetic[k]),
             potential: 0.5 * plan.energy * pairs[0],
-            virial: std::array::from_fn(|k| 0.5 * plan.scene.force_unit * plan.unit * pairs[k + 1]),
+            virial: std::array::from_fn(virial),
         }
     }
 }
@@ -94,6 +114,13 @@ impl Engine {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn kernels_are_compiled_for_outputs_that_cost_time() {
+        // A small scene has fast launches, a large one slow steps.
+        assert!(!is_worth_compiling(100, 1e-5) && is_worth_compiling(1000, 1e-5));
+        assert!(!is_worth_compiling(5, 1e-3) && is_worth_compiling(100, 1e-3));
+    }
 
     #[test]
     fn a_launch_ends_at_an_output() {

@@ -91,9 +91,10 @@ pub fn units(program: &Program, shape: &Shape) -> Vec<Unit> {
     ]
 }
 
-/// The kernels that record sums of steps as they pass, for scenes whose outputs are close to each other.
-pub fn recording_unit(program: &Program, shape: &Shape) -> Unit {
-    let common = common(program, shape) + "#define RECORDS\n";
+/// The kernels that record sums of steps as they pass, for scenes whose outputs are close to each other; of the virial its trace
+/// alone, or all of it.
+pub fn recording_unit(program: &Program, shape: &Shape, tensor: bool) -> Unit {
+    let common = common(program, shape) + "#define RECORDS\n" + if tensor { "#define TENSOR\n" } else { "" };
     unit(&["advance_recording", "sum_records"], &common, &[FORCE, ADVANCE, RECORDS])
 }
 
