@@ -41,6 +41,7 @@ fn here(backend: &mut dyn Backend) -> Record {
 /// Rows `stride` steps apart, until there are as many as that or something goes wrong.
 fn rows(backend: &mut dyn Backend, stride: u64, many: usize, needs: Needs) -> (Vec<Record>, Option<Stop>) {
     let (stop, mut rows) = (AtomicBool::new(false), Vec::new());
+    backend.expect_outputs((stride, AHEAD), needs).unwrap();
     while rows.len() < many {
         if let Err(why) = backend.advance_recording((stride, AHEAD), needs, &stop, &mut rows) {
             return (rows, Some(why));

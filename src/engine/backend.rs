@@ -116,6 +116,11 @@ pub trait Backend {
     fn continue_run(&mut self, program: &Program, state: &State, step: i64) -> Result<(), Error>;
     /// Runs `steps` steps; what `needs` asks for is computed at the last of them.
     fn advance(&mut self, steps: u64, needs: Needs, stop: &AtomicBool) -> Result<Reached, Stop>;
+    /// A run is about to go over so many outputs, as [`Backend::advance_recording`] has them: what that takes may be prepared
+    /// before its first step.
+    fn expect_outputs(&mut self, _outputs: (u64, u64), _needs: Needs) -> Result<(), Error> {
+        Ok(())
+    }
     /// Runs on over outputs that want sums alone, up to `count` of them and `stride` steps apart: `needs` is computed at each,
     /// positions and forces only at the step it ends at. It ends at any of the outputs, which it has to reach soon enough for
     /// someone who waits for them, or where it is interrupted. Appends a record for each output that lies behind, in order,

@@ -77,6 +77,7 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
         dump.set_facts(facts.clone());
         dump.begin_run(first)?;
     }
+    RunLoop::new(script, live, program.clone(), facts.clone(), schedule, (first, last)).announce()?;
     for line in live.backend.notes() {
         live.console.line(&line);
     }

@@ -100,9 +100,12 @@ impl<'r, 'l> RunLoop<'r, 'l> {
     /// Goes on to the next step that someone wants to see, or to one of several whose sums alone are wanted; those before it are
     /// shown.
     fn advance(&mut self, progress: &mut Progress) -> Result<Reached, RunError> {
-        let rows = self.rows_of_sums(progress);
+        let rows = self.rows_of_sums();
         if rows > 1 {
-            return self.advance_over(rows, progress);
+            let rows = rows.min(self.pace(progress) / self.schedule.every);
+            if rows > 1 {
+                return self.advance_over(rows, progress);
+            }
         }
         let dumps = self.live.dumps.iter().filter_map(|(_, d)| d.next(self.now, self.last));
         let next = dumps.chain(self.schedule.next(self.now, self.last)).chain([self.last]).min().unwrap_or(self.last);
@@ -119,9 +122,18 @@ impl<'r, 'l> RunLoop<'r, 'l> {
         Ok(reached)
     }
 
-    /// Rows of the thermo table that are ahead before anyone wants to see anything else, and before the engine should come back;
-    /// 0 where rows take more than sums.
-    fn rows_of_sums(&self, progress: &Progress) -> i64 {
+    /// Tells the engine of rows that are ahead, for which it may have to prepare.
+    pub fn announce(&mut self) -> Result<(), RunError> {
+        let rows = self.rows_of_sums();
+        if rows > 1 {
+            let outputs = (self.schedule.every as u64, rows as u64);
+            self.live.backend.expect_outputs(outputs, self.script.thermo.needs())?;
+        }
+        Ok(())
+    }
+
+    /// Rows of the thermo table that are ahead before anyone wants to see anything else; 0 where they take more than sums.
+    fn rows_of_sums(&self) -> i64 {
         let space = self.live.backend.simulation_box();
         // Rows count atoms and measure the box: both must stay what they are.
         if space.shrinks() || self.program.lost != LostAtoms::Error || !self.script.thermo.shows_sums_alone() {
@@ -129,8 +141,7 @@ impl<'r, 'l> RunLoop<'r, 'l> {
         }
         let dumps = self.live.dumps.iter().filter_map(|(_, d)| d.next(self.now, self.last));
         let end = dumps.chain([self.last]).min().unwrap_or(self.last);
-        let rows = self.schedule.evenly(self.now, end);
-        if rows > 1 { rows.min(self.pace(progress) / self.schedule.every) } else { 0 }
+        self.schedule.evenly(self.now, end)
     }
 
     /// Goes on to one of so many rows, and shows those before it.

@@ -117,7 +117,7 @@ impl Engine {
             memory: Memory::default(),
             control: Control { step, next_sort: step, ..Control::default() },
             sums: [0.0; SUMS as usize],
-            tensor: true,
+            tensor: false,
             summed: false,
             recorded: Vec::new(),
             lost: 0,

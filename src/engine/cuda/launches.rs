@@ -106,7 +106,7 @@ impl Engine {
     fn launch(&mut self, order: &Order) -> Result<(), String> {
         self.compiler.device.bind()?;
         if order.record_stride != 0 {
-            self.prepare_recording()?;
+            self.prepare_recording(self.tensor)?;
         }
         let device = &self.compiler.device;
         let control = self.memory.get("control");

@@ -141,8 +141,6 @@ layout! {
         pub entries: u64,
         pub tests: u64,
         pub nanoseconds: [u64; 5],
-        /// Of the last step that was concluded.
-        pub sums: [f64; SUMS as usize],
         pub n: u32,
         /// Which of the two sides of what is held belongs to the last build.
         pub parity: u32,
@@ -157,14 +155,16 @@ layout! {
         /// Work that warps have taken in the list build, beyond the first of each.
         pub taken: u32,
         pub marks: [u32; MARKS as usize],
-        /// Steps recorded since the host looked, and the blocks whose sums there are of each.
-        pub recorded: u32,
-        pub record_blocks: u32,
         /// Which of the two words of the barrier is next.
         pub turn: u32,
         pub barrier: [u64; 2],
         /// What these stand at between kernels.
         pub met: [u64; 2],
+        /// Of the last step that was concluded.
+        pub sums: [f64; SUMS as usize],
+        /// Steps recorded since the host looked, and the blocks whose sums there are of each.
+        pub recorded: u32,
+        pub record_blocks: u32,
     }
 
     /// Constants of a scene between two actions of the host.

@@ -135,6 +135,10 @@ impl Backend for CudaBackend {
         self.engine_mut().advance(steps, needs, stop)
     }
 
+    fn expect_outputs(&mut self, outputs: (u64, u64), needs: Needs) -> Result<(), Error> {
+        self.engine_mut().expect_outputs(outputs, needs).map_err(Error::Unavailable)
+    }
+
     fn advance_recording(
         &mut self,
         outputs: (u64, u64),

@@ -28,6 +28,15 @@ fn is_worth_compiling(count: u64, seconds_per_step: f64) -> bool {
 }
 
 impl Engine {
+    /// Compiles what records outputs, where that is worth while as far as is known by now.
+    pub fn expect_outputs(&mut self, (stride, count): (u64, u64), needs: Needs) -> Result<(), String> {
+        let slow = self.seconds_per_step > 0.0 && self.steps_in_launch() < 2 * stride;
+        if slow || !is_worth_compiling(count, self.seconds_per_step) {
+            return Ok(());
+        }
+        self.prepare_recording(needs.virial)
+    }
+
     /// As [`crate::engine::Backend::advance_recording`]: one launch, or up to the next output where a launch reaches no second
     /// one, or too few are ahead. Which of these it is depends on the clock, but does not show in any bit of the results: all
     /// kernels with sums add them up in the same order.
@@ -40,10 +49,10 @@ impl Engine {
     ) -> Result<Reached, Stop> {
         let outputs = outputs_of_launch(self.steps_in_launch(), stride, count);
         self.ask(needs);
-        if outputs < 2 || !(self.can_record() || is_worth_compiling(count, self.seconds_per_step)) {
+        if outputs < 2 || !(self.can_record(self.tensor) || is_worth_compiling(count, self.seconds_per_step)) {
             return self.advance(stride, needs, stop);
         }
-        self.prepare_recording()?;
+        self.prepare_recording(self.tensor)?;
         let (steps, stride) = (outputs * stride, stride as i64);
         let first = self.control.step + stride;
         (self.control.left, self.control.begin) = (steps, BEGIN_MOVE);
@@ -62,14 +71,15 @@ impl Engine {
     }
 
     /// The kernels for it are there.
-    fn can_record(&self) -> bool {
-        self.compiled.recording.as_ref().is_some_and(|recording| recording.tensor || !self.tensor)
+    fn can_record(&self, tensor: bool) -> bool {
+        self.compiled.recording.as_ref().is_some_and(|recording| recording.tensor || !tensor)
     }
 
     /// Kernels that record, and room for what they leave; the scene may have got others since the last launch.
-    pub(super) fn prepare_recording(&mut self) -> Result<(), String> {
-        if !self.can_record() {
-            let recording = compile_recording(&self.compiler, &self.program, &self.compiled, self.tensor)?;
+    pub(super) fn prepare_recording(&mut self, tensor: bool) -> Result<(), String> {
+        self.compiler.device.bind()?;
+        if !self.can_record(tensor) {
+            let recording = compile_recording(&self.compiler, &self.program, &self.compiled, tensor)?;
             self.compiled.recording = Some(recording);
         }
         if self.sizes.records == 0 {
