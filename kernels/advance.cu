@@ -40,8 +40,8 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) STEPS(const
         sync_grid(a, r);
     }
 #ifdef RECORDS
-    // The next step to record, and how many have been, all of them before a step that this launch has begun. The last step is
-    // not among them, `conclude` has it.
+    // The next step to record, which follows from the number of this one alone, and how many have been since the host looked. A
+    // record counts where its step is behind; the last step of all is left to `conclude`.
     i64 next = o.record_first;
     if (next < r.step) next += (r.step - next + o.record_stride - 1) / o.record_stride * o.record_stride;
     u32 recorded = first_record;

@@ -3,7 +3,7 @@
 // What is added up beside forces.
 enum Adds {
     NOTHING,
-    PRESSURE, // energy and the trace of the virial, which is what the scalar pressure takes, in half the instructions of
+    PRESSURE, // energy and the trace of the virial, which is what the scalar pressure takes: less than half the work of
     ALL,      // all TOTALS
 };
 
@@ -89,15 +89,16 @@ __device__ __forceinline__ Chunk stream(const Chunk* from) {
 
 // What is done with the force on a particle.
 enum Then {
-    KEEP, // f, energy and virial
-    STAY, // f
+    KEEP,   // f, energy and virial
+    STAY,   // f
     RECORD, // energy, virial or its trace, kinetic sums, and as MOVE
-    MOVE, // the second half of this step and the first half of the next at once, where no one wants to see what lies between
+    MOVE,   // the second half of this step and the first half of the next at once, where no one wants to see what lies between
 };
 
-// Reads slots of this step and the list; with KEEP and RECORD adds to the sums of this thread, in double precision: TOTALS of
-// pairs, with RECORD (where TENSOR is not set, without the virial but for its trace) also KINETIC of its particles. With MOVE and RECORD writes x, v, and slots of the next step, and f only where
-// it is no number: such a particle stays, to be looked at. Returns what came to any of its particles: bits of MARK_.
+// Reads slots of this step and the list. With KEEP and RECORD adds to the sums of this thread: TOTALS of pairs, of which RECORD
+// has all where TENSOR is set and PRESSURE_TOTALS elsewhere; with RECORD also KINETIC of its particles. With MOVE and RECORD
+// writes x, v, and slots of the next step, and f only where it is no number: such a particle stays, to be looked at. Returns
+// what came to any of its particles: bits of MARK_.
 template <Then THEN> __device__ __forceinline__ u32 pair_forces(const Arrays& a, const Scene& s, const Run& r, double* totals = nullptr) {
     const u32 lane = threadIdx.x % LANES;
     const bool MOVES = THEN == MOVE || THEN == RECORD;
