@@ -1,4 +1,21 @@
 // The step loop: one launch runs as many steps as are left, and comes back only where the host or another kernel has to act.
+// Compiled once more with RECORDS for scenes with outputs close to each other: some steps, evenly spaced, leave their sums as
+// they pass, which no other step and no other scene pays for.
+
+#ifdef RECORDS
+#define STEPS advance_recording
+#else
+#define STEPS advance
+#endif
+
+// Forces of a step that has a next one: of the inner list, or of the list where the inner one is to be made.
+template <Then THEN> __device__ __forceinline__ u32 pair_forces_from(const Arrays& a, const Scene& s, const Run& r, bool prune, double* sums = nullptr) {
+#ifdef INNER
+    return prune ? pair_forces<THEN, PRUNE>(a, s, r, sums) : pair_forces<THEN, NEAR>(a, s, r, sums);
+#else
+    return pair_forces<THEN>(a, s, r, sums);
+#endif
+}
 
 // Leaves marks of a step for all blocks, and waits for theirs; returns those of all.
 __device__ __forceinline__ u32 share_marks(const Arrays& a, Run& r, i64 step, u32 marks) {
@@ -6,11 +23,14 @@ __device__ __forceinline__ u32 share_marks(const Arrays& a, Run& r, i64 step, u3
     return sync_grid(a, r, marks != 0) ? read_flag(&a.control->marks[step % MARKS]) : 0;
 }
 
-extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) advance(const __grid_constant__ Arrays a, const __grid_constant__ Scene s, const __grid_constant__ Order o) {
+extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) STEPS(const __grid_constant__ Arrays a, const __grid_constant__ Scene s, const __grid_constant__ Order o) {
     Control* c = a.control;
     u32 begin = c->begin, trouble = 0;
     if (c->trouble || begin > BEGIN_PACK) return;
     u64 left = c->left;
+#ifdef RECORDS
+    const u32 first_record = c->recorded;
+#endif
     Run r = begin_run(a);
     // The inner list is of no launch before this one.
     bool prune = true;
@@ -30,6 +50,13 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) advance(con
         pack_particles(a, s, r);
         sync_grid(a, r);
     }
+#ifdef RECORDS
+    // The next step to record, which follows from the number of this one alone, and how many have been since the host looked. A
+    // record counts where its step is behind; the last step of all is left to `conclude`.
+    i64 next = o.record_first;
+    if (next < r.step) next += (r.step - next + o.record_stride - 1) / o.record_stride * o.record_stride;
+    u32 recorded = first_record;
+#endif
     while (begin != BEGIN_END) {
         if (begin == BEGIN_MOVE) {
             // Particles have moved to this step.
@@ -68,19 +95,29 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) advance(con
             begin = BEGIN_END;
         } else {
             if (THREAD == 0) c->marks[(r.step + 2) % MARKS] = 0;
-#ifdef INNER
-            marks = share_marks(a, r, r.step + 1, prune ? pair_forces<MOVE, PRUNE>(a, s, r) : pair_forces<MOVE, NEAR>(a, s, r));
-            prune = marks & MARK_PRUNE;
-#else
-            marks = share_marks(a, r, r.step + 1, pair_forces<MOVE>(a, s, r));
+#ifdef RECORDS
+            if (r.step == next) {
+                double sums[SUMS] = {0};
+                marks = pair_forces_from<RECORD>(a, s, r, prune, sums);
+                leave_sums(sums, a.record_sums + ((u64)recorded * gridDim.x + blockIdx.x) * SUMS);
+                marks = share_marks(a, r, r.step + 1, marks);
+            } else
 #endif
+            marks = share_marks(a, r, r.step + 1, pair_forces_from<MOVE>(a, s, r, prune));
+            prune = marks & MARK_PRUNE;
         }
         book(a, r, STAGE_PAIR);
         if (marks & MARK_FORCE) {
             trouble = TROUBLE_FORCE;
             break;
         }
+#ifdef RECORDS
+        if (left != 0 && r.step == next) recorded++, next += o.record_stride;
+#endif
         if (left != 0) r.step++;
     }
+#ifdef RECORDS
+    if (THREAD == 0) c->recorded = recorded, c->record_blocks = gridDim.x;
+#endif
     end_run(a, r, left, begin, trouble);
 }

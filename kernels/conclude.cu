@@ -1,41 +1,38 @@
-// What only the last step before an output has: energy and virial, the second half of the step, kinetic energy.
+// What only the last step before an output has: energy and virial, the second half of the step, kinetic sums.
 
-extern "C" __global__ void __launch_bounds__(BLOCK) conclude(const __grid_constant__ Arrays a, const __grid_constant__ Scene s, const __grid_constant__ Order o) {
+// The second half of the step where LAST, and kinetic sums. A particle's is the thread that its force comes from, so that sums
+// are those of a step that `advance_recording` has gone on from. Reads f.
+template <bool LAST> __device__ __forceinline__ void finish_particles(const Arrays& a, const Scene& s, const Run& r, double sums[SUMS]) {
+    const Pace pace = pace_of(s);
+    if (threadIdx.x % LANES != 0) return;
+    for (u32 i = THREAD / LANES; i < r.n; i += THREADS / LANES) {
+        store f[3] = {0, 0, 0};
+        if (LAST)
+            for (u32 axis = 0; axis < 3; axis++) f[axis] = (store)axis_of(a.f, s, axis)[i];
+        move_particle<LAST, false, true>(a, s, r, pace, i, f, nullptr, sums + TOTALS);
+    }
+}
+
+extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) conclude(const __grid_constant__ Arrays a, const __grid_constant__ Scene s, const __grid_constant__ Order o) {
     Control* c = a.control;
     u32 begin = c->begin, trouble = 0;
     if (c->trouble || (begin != BEGIN_SUMS && begin != BEGIN_END)) return;
     Run r = begin_run(a);
+    double sums[SUMS] = {0};
     if (begin == BEGIN_SUMS) {
-        const bool broken = sync_grid(a, r, pair_forces<KEEP>(a, s, r) != 0);
+        const bool broken = sync_grid(a, r, pair_forces<KEEP>(a, s, r, sums) != 0);
         book(a, r, STAGE_PAIR);
         trouble = broken ? TROUBLE_FORCE : 0;
         begin = broken ? BEGIN_MOVE : BEGIN_END;
     }
-    if (!trouble && o.finish) {
-        if (r.half_done) move_particles<true, false>(a, s, r);
-        r.half_done = 0;
+    if (!trouble) {
+        if (o.finish && r.half_done) finish_particles<true>(a, s, r, sums);
+        else finish_particles<false>(a, s, r, sums);
+        if (o.finish) r.half_done = 0;
+        leave_sums(sums, a.block_sums + blockIdx.x * SUMS);
+        sync_grid(a, r);
+        if (blockIdx.x == 0) add_blocks(a.block_sums, gridDim.x, c->sums);
         book(a, r, STAGE_MODIFY);
     }
     end_run(a, r, 0, begin, trouble);
-}
-
-// Sums of m v v over the particles, one set a block: xx, yy, zz, xy, xz, yz.
-extern "C" __global__ void __launch_bounds__(BLOCK) kinetic(const __grid_constant__ Arrays a, const __grid_constant__ Scene s) {
-    __shared__ double scratch[32];
-    Run r = {a.control->n, a.control->parity};
-    double totals[6] = {0, 0, 0, 0, 0, 0};
-    for (u32 k = THREAD; k < r.n; k += THREADS) {
-        const double x = axis_of(a.v, s, 0)[k], y = axis_of(a.v, s, 1)[k], z = axis_of(a.v, s, 2)[k];
-#if TYPES > 1
-        const double m = a.masses[kind_of(a, s, r, k)];
-#else
-        const double m = a.masses[0];
-#endif
-        totals[0] += m * x * x, totals[1] += m * y * y, totals[2] += m * z * z;
-        totals[3] += m * x * y, totals[4] += m * x * z, totals[5] += m * y * z;
-    }
-    for (u32 k = 0; k < 6; k++) {
-        const double total = sum_block(totals[k], scratch);
-        if (threadIdx.x == 0) a.block_sums[blockIdx.x * TOTALS + k] = total;
-    }
 }

@@ -1,7 +1,14 @@
 // Pair forces: LANES threads a particle add up its row, always in the same order.
 
+// What is added up beside forces.
+enum Adds {
+    NOTHING,
+    PRESSURE, // energy and the trace of the virial, which is what the scalar pressure takes: less than half the work of
+    ALL,      // all TOTALS
+};
+
 // Adds one pair to the sums of a row; returns whether it is near enough for the inner list.
-template <bool SUMS>
+template <Adds ADDS>
 __device__ __forceinline__ bool add_pair(const Arrays& a, const Scene& s, const Slot& own, Slot q, u32 code, bool there, real unit_squared, const real* one, real f[3], real sums[TOTALS]) {
     real d[3];
 #ifdef FIXED
@@ -13,7 +20,8 @@ __device__ __forceinline__ bool add_pair(const Arrays& a, const Scene& s, const 
 #ifdef SCALED
     for (u32 axis = 0; axis < 3; axis++) d[axis] *= s.scale[axis];
 #endif
-    real r2 = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * unit_squared;
+    const real squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    real r2 = squared * unit_squared;
 #else
 #ifdef IMAGES
     const Slot at = q;
@@ -23,7 +31,8 @@ __device__ __forceinline__ bool add_pair(const Arrays& a, const Scene& s, const 
     }
 #endif
     d[0] = own.x - q.x, d[1] = own.y - q.y, d[2] = own.z - q.z;
-    real r2 = __dadd_rn(__dadd_rn(__dmul_rn(d[0], d[0]), __dmul_rn(d[1], d[1])), __dmul_rn(d[2], d[2]));
+    const real squared = __dadd_rn(__dadd_rn(__dmul_rn(d[0], d[0]), __dmul_rn(d[1], d[1])), __dmul_rn(d[2], d[2]));
+    const real r2 = squared;
 #endif
 #if TYPES > 1
     const real* p = a.coefficients + ((u32)own.w * TYPES + (u32)q.w) * NUMBERS;
@@ -54,14 +63,22 @@ __device__ __forceinline__ bool add_pair(const Arrays& a, const Scene& s, const 
     if (!in) return near;
 #endif
     real force, energy;
-    if (SUMS) pair_both(r2, p, &force, &energy);
+    if (ADDS != NOTHING) pair_both(r2, p, &force, &energy);
     else pair_force(r2, p, &force);
     force = in ? force : (real)0;
-    for (u32 axis = 0; axis < 3; axis++) f[axis] += force * d[axis];
-    if (SUMS) {
+    // What is added up beside forces must not show in them: the compiler makes one operation of the first line, and is not to
+    // make two of the second because the product has another use.
+    for (u32 axis = 0; axis < 3; axis++) {
+        if (ADDS == NOTHING) f[axis] += force * d[axis];
+        else f[axis] = fma(force, d[axis], f[axis]);
+    }
+    if (ADDS != NOTHING) {
         sums[0] += in ? energy : (real)0;
-        sums[1] += force * d[0] * d[0], sums[2] += force * d[1] * d[1], sums[3] += force * d[2] * d[2];
-        sums[4] += force * d[0] * d[1], sums[5] += force * d[0] * d[2], sums[6] += force * d[1] * d[2];
+        sums[1] = fma(force, squared, sums[1]);
+    }
+    if (ADDS == ALL) {
+        sums[2] += force * d[0] * d[0], sums[3] += force * d[1] * d[1], sums[4] += force * d[2] * d[2];
+        sums[5] += force * d[0] * d[1], sums[6] += force * d[0] * d[2], sums[7] += force * d[1] * d[2];
     }
     return near;
 }
@@ -73,17 +90,25 @@ __device__ __forceinline__ bool add_pair(const Arrays& a, const Scene& s, const 
 
 // What is done with the force on a particle.
 enum Then {
-    KEEP, // f, energy and virial
-    STAY, // f
-    MOVE, // the second half of this step and the first half of the next at once, where no one wants to see what lies between
+    KEEP,   // f, energy and virial
+    STAY,   // f
+    RECORD, // energy, virial or its trace, kinetic sums, and as MOVE
+    MOVE,   // the second half of this step and the first half of the next at once, where no one wants to see what lies between
 };
 
-// Reads slots of this step and the list; with KEEP writes one set of energy and virial a block. With MOVE writes x, v, and
-// slots of the next step, and f only where it is no number: such a particle stays, to be looked at. Returns what came to any
-// of its particles: bits of MARK_.
-template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_forces(const Arrays& a, const Scene& s, const Run& r) {
+// Reads slots of this step and a list. With KEEP and RECORD adds to the sums of this thread: TOTALS of pairs, of which RECORD
+// has all where TENSOR is set and PRESSURE_TOTALS elsewhere; with RECORD also KINETIC of its particles. With MOVE and RECORD
+// writes x, v, and slots of the next step, and f only where it is no number: such a particle stays, to be looked at. Returns
+// what came to any of its particles: bits of MARK_.
+template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_forces(const Arrays& a, const Scene& s, const Run& r, double* totals = nullptr) {
     const u32 lane = threadIdx.x % LANES;
-    const bool SUMS = THEN == KEEP;
+    const bool MOVES = THEN == MOVE || THEN == RECORD;
+#ifdef TENSOR
+    const Adds RECORDED = ALL;
+#else
+    const Adds RECORDED = PRESSURE;
+#endif
+    const Adds ADDS = THEN == KEEP ? ALL : THEN == RECORD ? RECORDED : NOTHING;
     real one[NUMBERS];
     for (u32 k = 0; k < NUMBERS; k++) one[k] = TYPES > 1 ? (real)0 : a.coefficients[k];
     const real unit_squared = pinned((real)s.unit_squared), force_unit = pinned((real)s.force_unit);
@@ -91,7 +116,6 @@ template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_force
     const Slot* slots = slots_of(a, s, r.step);
     Slot* next = slots_of(a, s, r.step + 1);
     u32* runs = own_runs();
-    double totals[TOTALS] = {0};
     u32 marks = 0;
     for (u32 i = THREAD / LANES; i < r.n; i += THREADS / LANES) {
         const Slot own = slots[i];
@@ -134,7 +158,7 @@ template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_force
                 }
 #pragma unroll
                 for (u32 m = 0; m < BATCH; m++) {
-                    const bool near = add_pair<SUMS>(a, s, own, q[m], code[m], first + batch + m < count, unit_squared, one, f, sums);
+                    const bool near = add_pair<ADDS>(a, s, own, q[m], code[m], first + batch + m < count, unit_squared, one, f, sums);
 #ifdef INNER
                     if (FROM == PRUNE) keep(kept, stored_of(words, batch + m), near);
 #endif
@@ -163,20 +187,13 @@ template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_force
                 broken |= !isfinite(whole);
                 force[axis] = (store)whole;
             }
-            if (THEN != MOVE || broken)
+            if (!MOVES || broken)
                 for (u32 axis = 0; axis < 3; axis++) axis_of(a.f, s, axis)[i] = (real)force[axis];
             if (broken) marks |= MARK_FORCE;
-            else if (THEN == MOVE) marks |= move_particle<true, true, FROM == PRUNE>(a, s, r, pace, i, force, next);
+            else if (MOVES) marks |= move_particle<true, true, THEN == RECORD, FROM == PRUNE>(a, s, r, pace, i, force, next, totals + TOTALS);
         }
-        if (SUMS) {
-            for (u32 k = 0; k < TOTALS; k++) totals[k] += (double)sums[k];
-        }
-    }
-    if (SUMS) {
-        __shared__ double scratch[32];
-        for (u32 k = 0; k < TOTALS; k++) {
-            const double total = sum_block(totals[k], scratch);
-            if (threadIdx.x == 0) a.block_sums[blockIdx.x * TOTALS + k] = total;
+        if (ADDS != NOTHING) {
+            for (u32 k = 0; k < (ADDS == ALL ? TOTALS : PRESSURE_TOTALS); k++) totals[k] += (double)sums[k];
         }
     }
     return marks;

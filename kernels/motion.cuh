@@ -104,9 +104,10 @@ __device__ __forceinline__ void displacement_of(const Arrays& a, const Scene& s,
 }
 
 // One particle under force f: with LAST the second half of a step, with INITIAL the first half of a step and what it has come
-// to, as bits of MARK_; with PRUNED the inner list is of where it is before. Reads and writes x, v; writes slots.
-template <bool LAST, bool INITIAL, bool PRUNED = false>
-__device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, const Run& r, const Pace& pace, u32 k, const store f[3], Slot* slots) {
+// to, as bits of MARK_. Reads and writes x, v; writes slots. With KINETIC_TOO its velocity between the two is added to kinetic
+// sums; with PRUNED the inner list is of where it is before.
+template <bool LAST, bool INITIAL, bool KINETIC_TOO = false, bool PRUNED = false>
+__device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, const Run& r, const Pace& pace, u32 k, const store f[3], Slot* slots, double* kinetic = nullptr) {
     asm volatile("// move");
     store x[3], v[3];
     for (u32 axis = 0; axis < 3; axis++) {
@@ -126,6 +127,7 @@ __device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, co
 #endif
     u32 far = 0;
     if (LAST) fixes_last(x, v, f, pace.dt, half_kick, mask, s);
+    if (KINETIC_TOO) add_kinetic(a, kind, v, kinetic);
     if (INITIAL) {
 #ifdef INNER
         float then[3];
@@ -158,7 +160,8 @@ __device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, co
         for (u32 axis = 0; axis < 3; axis++) axis_of(a.x, s, axis)[k] = x[axis];
         pack(a, s, r, pace.quanta, k, x, kind, slots);
     }
-    for (u32 axis = 0; axis < 3; axis++) axis_of(a.v, s, axis)[k] = v[axis];
+    if (LAST || INITIAL)
+        for (u32 axis = 0; axis < 3; axis++) axis_of(a.v, s, axis)[k] = v[axis];
     asm volatile("// end of move");
     return far;
 }

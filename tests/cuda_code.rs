@@ -8,7 +8,7 @@ mod kernels;
 use common::{melt, program, program_of_style};
 use kernels::{gas, is_there};
 
-use octant::engine::cuda::inspect::{arguments_of, inspect, units_of};
+use octant::engine::cuda::inspect::{arguments_of, inspect, recording_unit_of, units_of};
 use octant::engine::cuda::ptx::{bytes, double_instructions, entries, moves, opcodes, pair_loops, step_content};
 use octant::engine::{Precision, Program};
 use octant::neighbor::Search;
@@ -22,6 +22,11 @@ fn ptx_of(program: &Program, (state, space): &(State, SimulationBox), precision:
     units.iter().map(|unit| inspect(&unit.text, VIRTUAL).unwrap().ptx).collect()
 }
 
+fn recording_ptx(program: &Program, scene: &(State, SimulationBox), precision: Precision, tensor: bool) -> String {
+    let (state, space) = scene;
+    inspect(&recording_unit_of(program, state, space, precision, tensor).text, VIRTUAL).unwrap().ptx
+}
+
 /// Lennard-Jones particles of so many types; with one type coordinates go around with the box.
 fn lennard_jones(types: usize) -> Program {
     program(&[2.5, 2.0][..types], 0.3, Search::Trimmed)
@@ -32,6 +37,24 @@ fn force_loop(ptx: &str) -> Vec<String> {
     let loops = pair_loops(ptx);
     let shortest = loops.iter().min_by_key(|text| opcodes(text).count()).expect("pair loops are marked");
     opcodes(shortest).map(String::from).collect()
+}
+
+/// Those of the longest one, with energy and virial.
+fn sums_loop(ptx: &str) -> Vec<String> {
+    let loops = pair_loops(ptx);
+    let longest = loops.iter().max_by_key(|text| opcodes(text).count()).expect("pair loops are marked");
+    opcodes(longest).map(String::from).collect()
+}
+
+/// Operations among opcodes that round their result, sorted.
+fn arithmetic(opcodes: Vec<String>) -> Vec<String> {
+    let rounds = |opcode: &String| {
+        let is_float = opcode.ends_with(".f32") || opcode.ends_with(".f64");
+        is_float && ["add.", "sub.", "mul.", "fma.", "rcp."].iter().any(|operation| opcode.starts_with(operation))
+    };
+    let mut all: Vec<String> = opcodes.into_iter().filter(rounds).collect();
+    all.sort();
+    all
 }
 
 /// How many lines of a text stand above a line.
@@ -71,6 +94,7 @@ fn entry_points_take_what_the_host_gives() {
     for (program, scene) in [(lennard_jones(1), melt(10)), (other, gas(500, 9.0, Side::Periodic))] {
         for precision in Precision::ALL {
             let mut found = entries(&ptx_of(&program, &scene, precision));
+            found.extend(entries(&recording_ptx(&program, &scene, precision, true)));
             found.sort();
             let mut wanted: Vec<(String, Vec<usize>)> = arguments_of(&program, &scene.0, &scene.1, precision);
             wanted.sort();
@@ -132,11 +156,44 @@ fn energy_and_virial_are_worked_out_where_they_are_wanted() {
     for style in octant::pair::styles() {
         let program = program_of_style(&style, true, 1.0, 1.0);
         for precision in Precision::ALL {
-            let step = step_content(&ptx_of(&program, &gas(2000, 30.0, Side::Periodic), precision));
-            // An entry adds to one energy and six terms of the virial.
-            let more = step.entries * 7;
-            let (force, sums) = (step.force.instructions, step.sums.instructions);
+            let ptx = ptx_of(&program, &gas(2000, 30.0, Side::Periodic), precision);
+            // An entry adds to one energy, six terms of the virial and their trace.
+            let more = step_content(&ptx).entries * 8;
+            let (force, sums) = (arithmetic(force_loop(&ptx)).len(), arithmetic(sums_loop(&ptx)).len());
             assert!(force > 0 && force + more <= sums, "{}, {precision:?}: {force}, {sums}", style.name);
+        }
+    }
+}
+
+#[test]
+fn a_step_is_recorded_beside_those_that_are_not() {
+    if !is_there() {
+        return;
+    }
+    let without = |all: &[String], fewer: &[String]| {
+        let mut rest = all.to_vec();
+        for opcode in fewer {
+            rest.remove(rest.iter().position(|o| o == opcode).unwrap_or_else(|| panic!("{opcode} is one too many")));
+        }
+        rest
+    };
+    for (precision, real) in [(Precision::Single, "f32"), (Precision::Mixed, "f32"), (Precision::Double, "f64")] {
+        let (program, scene) = (lennard_jones(1), melt(10));
+        let others = ptx_of(&program, &scene, precision);
+        let (plain, kept) = (arithmetic(force_loop(&others)), arithmetic(sums_loop(&others)));
+        for tensor in [false, true] {
+            let recording = recording_ptx(&program, &scene, precision, tensor);
+            // Steps on the way are rounded as in the other kernels, whether they are recorded or not: which of them ran must
+            // not show in a bit. Without the tensor there are three products and six sums of them less.
+            assert_eq!(arithmetic(force_loop(&recording)), plain, "{precision:?}");
+            let less = if tensor { 0 } else { step_content(&others).entries };
+            let tensor_alone = without(&kept, &arithmetic(sums_loop(&recording)));
+            let (sums, products) = (vec![format!("fma.rn.{real}"); 6 * less], vec![format!("mul.{real}"); 3 * less]);
+            assert_eq!(tensor_alone, [sums, products].concat(), "{precision:?}");
+            let moves = moves(&recording);
+            // Three products with the mass, six that are added.
+            let kinetic = |text: &String| double_instructions(text) >= step_content(&others).moving.doubles + 9;
+            assert!(moves.iter().any(kinetic) && moves.iter().any(|text| !kinetic(text)), "{precision:?}");
         }
     }
 }

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use common::{melt, program, program_of_style};
 use kernels::{gas, is_there};
 
-use octant::engine::cuda::inspect::{Unit, inspect, units_of};
+use octant::engine::cuda::inspect::{Unit, inspect, recording_unit_of, units_of};
 use octant::engine::cuda::ptx::{double_instructions, moves, pair_loops};
 use octant::engine::{Precision, Program, StorageSort};
 use octant::neighbor::Search;
@@ -88,10 +88,12 @@ fn work() -> Vec<Work> {
     let mut known = HashSet::new();
     let mut all = Vec::new();
     let ends = [ARCHITECTURES[0], ARCHITECTURES[ARCHITECTURES.len() - 1]];
-    for (scenes, architectures) in [(inputs(), &ARCHITECTURES[..]), (scenes(), &ends)] {
+    // Either kind of scenes is recorded in one of the two ways.
+    for (scenes, architectures, tensor) in [(inputs(), &ARCHITECTURES[..], false), (scenes(), &ends, true)] {
         for (name, program, state, space) in &scenes {
             for precision in Precision::ALL {
-                for unit in units_of(program, state, space, precision) {
+                let recording = recording_unit_of(program, state, space, precision, tensor);
+                for unit in units_of(program, state, space, precision).into_iter().chain([recording]) {
                     if known.insert(unit.clone()) {
                         let work = |architecture: &&'static str| Work {
                             name: format!("{name}, {precision:?}, {architecture}, {}", unit.kernels[0]),
@@ -134,10 +136,10 @@ fn check(Work { name, unit, architecture }: &Work) {
     let found = inspect(&unit.text, architecture).unwrap_or_else(|e| panic!("{name}: {e}"));
     assert!(!found.cubin.is_empty());
     let loops = pair_loops(&found.ptx);
-    // Energy and virial may be followed in their loop by the sums of a row: seven conversions and additions.
+    // Energy and virial may be followed in their loop by the sums of a row: eight conversions and additions.
     let allowed = match unit.kernels[0] {
         "advance" => 0,
-        "conclude" => 14,
+        "conclude" | "advance_recording" => 16,
         _ => {
             assert!(loops.is_empty(), "{name}: pairs are worked out elsewhere");
             return;

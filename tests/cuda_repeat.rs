@@ -6,13 +6,14 @@ mod common;
 use std::sync::atomic::AtomicBool;
 
 use common::{Engine, Variant, arc, gpu_variants, melt, program};
-use octant::engine::{Needs, Program};
+use octant::engine::{Needs, Program, Record};
 use octant::neighbor::Search;
 use octant::system::{SimulationBox, State};
 
-/// Bits of positions, velocities, forces, and of energy, virial and kinetic sums, after a run of two parts.
+/// Bits of positions, velocities, forces, and of energy, virial and kinetic sums, after a run of two parts and one with sums at
+/// every step, of which the clock decides how many end a launch.
 fn bits(variant: &Variant, program: &Program, (state, space): &(State, SimulationBox)) -> (Vec<u64>, u64) {
-    let all = Needs { energy: true, virial: true, positions: true, forces: true };
+    let all = Needs { energy: true, virial: true, pressure: true, positions: true, forces: true };
     let mut backend = variant.backend(1);
     backend.load(arc(program.clone()), state, space, 0).unwrap();
     backend.set_up(all).unwrap();
@@ -20,11 +21,18 @@ fn bits(variant: &Variant, program: &Program, (state, space): &(State, Simulatio
     for steps in [130, 70] {
         backend.advance(steps, all, &stop).unwrap();
     }
+    let (mut records, last) = (Vec::new(), backend.step() + 1000);
+    while backend.step() < last {
+        let left = (last - backend.step()) as u64;
+        backend.advance_recording((1, left), all, &stop, &mut records).unwrap();
+        records.push(Record { step: backend.step(), sums: backend.sums().unwrap() });
+    }
+    assert_eq!(records.len(), 1000, "{}", variant.name);
     let mut end = state.clone();
     backend.fetch(&mut end).unwrap();
-    let sums = backend.sums().unwrap();
+    let sums = |r: Record| [&[r.sums.potential][..], &r.sums.virial, &r.sums.kinetic].concat();
     let vectors = [&end.x, &end.v, &end.f].into_iter().flatten().flat_map(|vector| vector.iter().copied());
-    let numbers = vectors.chain([sums.potential]).chain(sums.virial).chain(sums.kinetic);
+    let numbers = vectors.chain(records.into_iter().flat_map(sums));
     let statistics = backend.statistics();
     assert!(statistics.builds > 2, "{}: lists were built {} times", variant.name, statistics.builds);
     (numbers.map(f64::to_bits).collect(), statistics.redone)

@@ -13,7 +13,7 @@ use octant::pair::{PairStyle, StyleVisitor, styles, with_style};
 use octant::real::{Dual, Real};
 use octant::system::{LostAtoms, Side, SimulationBox, State, Vec3};
 
-const ALL: Needs = Needs { energy: true, virial: true, positions: true, forces: true };
+const ALL: Needs = Needs { energy: true, virial: true, pressure: true, positions: true, forces: true };
 
 fn started(
     variant: &Variant,

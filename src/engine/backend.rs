@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::fault::Fault;
-use super::observer::{Needs, NeighborStatistics, Sums};
+use super::observer::{Needs, NeighborStatistics, Record, Sums};
 use super::program::Program;
 use crate::Error;
 use crate::system::{SimulationBox, State};
@@ -116,6 +116,24 @@ pub trait Backend {
     fn continue_run(&mut self, program: &Program, state: &State, step: i64) -> Result<(), Error>;
     /// Runs `steps` steps; what `needs` asks for is computed at the last of them.
     fn advance(&mut self, steps: u64, needs: Needs, stop: &AtomicBool) -> Result<Reached, Stop>;
+    /// A run is about to go over so many outputs, as [`Backend::advance_recording`] has them: what that takes may be prepared
+    /// before its first step.
+    fn expect_outputs(&mut self, _outputs: (u64, u64), _needs: Needs) -> Result<(), Error> {
+        Ok(())
+    }
+    /// Runs on over outputs that want sums alone, up to `count` of them and `stride` steps apart: `needs` is computed at each,
+    /// positions and forces only at the step it ends at. It ends at any of the outputs, which it has to reach soon enough for
+    /// someone who waits for them, or where it is interrupted. Appends a record for each output that lies behind, in order,
+    /// with what went wrong after it as well; the step it ends at is no record, its sums are asked for as ever.
+    fn advance_recording(
+        &mut self,
+        (stride, _count): (u64, u64),
+        needs: Needs,
+        stop: &AtomicBool,
+        _records: &mut Vec<Record>,
+    ) -> Result<Reached, Stop> {
+        self.advance(stride, needs, stop)
+    }
     /// Number of the current step.
     fn step(&self) -> i64;
     /// Brings particles back in storage order.

@@ -14,6 +14,6 @@ pub mod tuned;
 
 pub use backend::{Backend, Pair, Reached, StageSeconds, Stop, Work};
 pub use fault::{Fault, FaultKind, GoodState};
-pub use observer::{Needs, NeighborStatistics, Observer, Snapshot, Sums};
+pub use observer::{Needs, NeighborStatistics, Observer, Record, Snapshot, Sums};
 pub use precision::Precision;
 pub use program::{Program, Stage, StorageSort};

@@ -10,6 +10,9 @@ pub struct Needs {
     pub energy: bool,
     /// Virial tensor.
     pub virial: bool,
+    /// Trace of the virial, which is all that the scalar pressure takes; where nothing else is asked for, only the sum of the
+    /// virial's first three terms is valid.
+    pub pressure: bool,
     /// Positions, velocities, images brought back to [`State`].
     pub positions: bool,
     /// Forces brought back to [`State`].
@@ -19,7 +22,7 @@ pub struct Needs {
 impl Needs {
     /// Whether pairs have to be summed up.
     pub fn sums(self) -> bool {
-        self.energy || self.virial
+        self.energy || self.virial || self.pressure
     }
 
     /// What either wants.
@@ -27,6 +30,7 @@ impl Needs {
         Self {
             energy: self.energy || other.energy,
             virial: self.virial || other.virial,
+            pressure: self.pressure || other.pressure,
             positions: self.positions || other.positions,
             forces: self.forces || other.forces,
         }
@@ -42,6 +46,13 @@ pub struct Sums {
     pub potential: f64,
     /// Sum over pairs of r_a f_b, energy units; valid if asked for.
     pub virial: [f64; 6],
+}
+
+/// Sums of a step that a run has passed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Record {
+    pub step: i64,
+    pub sums: Sums,
 }
 
 /// Counts that the end-of-run statistics print.

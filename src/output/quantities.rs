@@ -35,24 +35,31 @@ pub struct KeywordInfo {
     pub extensive: bool,
     /// What must be computed for it.
     pub needs: Needs,
+    /// Tells of the run and not of the particles at its step: wall time, list builds so far.
+    pub of_run: bool,
 }
 
-const NOTHING: Needs = Needs { energy: false, virial: false, positions: false, forces: false };
+const NOTHING: Needs = Needs { energy: false, virial: false, pressure: false, positions: false, forces: false };
 const ENERGY: Needs = Needs { energy: true, ..NOTHING };
 const VIRIAL: Needs = Needs { virial: true, ..NOTHING };
-const BOTH: Needs = Needs { energy: true, virial: true, ..NOTHING };
+const PRESSURE: Needs = Needs { pressure: true, ..NOTHING };
+const BOTH: Needs = Needs { energy: true, pressure: true, ..NOTHING };
 const FORCES: Needs = Needs { forces: true, ..NOTHING };
 
 const fn count(name: &'static str, header: &'static str) -> KeywordInfo {
-    KeywordInfo { name, header, integer: true, extensive: false, needs: NOTHING }
+    KeywordInfo { name, header, integer: true, extensive: false, needs: NOTHING, of_run: false }
 }
 
 const fn plain(name: &'static str, header: &'static str, needs: Needs) -> KeywordInfo {
-    KeywordInfo { name, header, integer: false, extensive: false, needs }
+    KeywordInfo { name, header, integer: false, extensive: false, needs, of_run: false }
 }
 
 const fn extensive(name: &'static str, header: &'static str, needs: Needs) -> KeywordInfo {
-    KeywordInfo { name, header, integer: false, extensive: true, needs }
+    KeywordInfo { name, header, integer: false, extensive: true, needs, of_run: false }
+}
+
+const fn of_run(info: KeywordInfo) -> KeywordInfo {
+    KeywordInfo { of_run: true, ..info }
 }
 
 /// Every keyword, in the order of the documentation.
@@ -60,9 +67,9 @@ const fn extensive(name: &'static str, header: &'static str, needs: Needs) -> Ke
 pub const KEYWORDS: &[KeywordInfo] = &[
     count("step", "Step"), count("elapsed", "Elapsed"), count("elaplong", "Elaplong"),
     plain("dt", "Dt", NOTHING), plain("time", "Time", NOTHING),
-    plain("cpu", "CPU", NOTHING), plain("tpcpu", "T/CPU", NOTHING), plain("spcpu", "S/CPU", NOTHING),
-    plain("cpuremain", "CPULeft", NOTHING), count("part", "Part"), plain("timeremain", "TimeoutLeft", NOTHING),
-    count("atoms", "Atoms"), plain("temp", "Temp", NOTHING), plain("press", "Press", VIRIAL),
+    of_run(plain("cpu", "CPU", NOTHING)), of_run(plain("tpcpu", "T/CPU", NOTHING)),
+    of_run(plain("spcpu", "S/CPU", NOTHING)), of_run(plain("cpuremain", "CPULeft", NOTHING)), count("part", "Part"), plain("timeremain", "TimeoutLeft", NOTHING),
+    count("atoms", "Atoms"), plain("temp", "Temp", NOTHING), plain("press", "Press", PRESSURE),
     extensive("pe", "PotEng", ENERGY), extensive("ke", "KinEng", NOTHING), extensive("etotal", "TotEng", ENERGY),
     extensive("evdwl", "E_vdwl", ENERGY), extensive("ecoul", "E_coul", NOTHING), extensive("epair", "E_pair", ENERGY),
     extensive("ebond", "E_bond", NOTHING), extensive("eangle", "E_angle", NOTHING),
@@ -82,7 +89,7 @@ pub const KEYWORDS: &[KeywordInfo] = &[
     plain("pxx", "Pxx", VIRIAL), plain("pyy", "Pyy", VIRIAL), plain("pzz", "Pzz", VIRIAL),
     plain("pxy", "Pxy", VIRIAL), plain("pxz", "Pxz", VIRIAL), plain("pyz", "Pyz", VIRIAL),
     plain("fmax", "Fmax", FORCES), plain("fnorm", "Fnorm", FORCES),
-    count("nbuild", "Nbuild"), count("ndanger", "Ndanger"),
+    of_run(count("nbuild", "Nbuild")), of_run(count("ndanger", "Ndanger")),
     plain("cella", "Cella", NOTHING), plain("cellb", "Cellb", NOTHING), plain("cellc", "Cellc", NOTHING),
     plain("cellalpha", "CellAlpha", NOTHING), plain("cellbeta", "CellBeta", NOTHING),
     plain("cellgamma", "CellGamma", NOTHING),

@@ -161,9 +161,23 @@ impl ThermoTable {
         self.columns.iter().fold(Needs::default(), |needs, column| {
             needs.union(match &column.source {
                 ThermoSource::Keyword(name) => keyword(name).map_or(Needs::default(), |info| info.needs),
-                ThermoSource::Variable(_) => Needs { energy: true, virial: true, positions: true, forces: true },
+                ThermoSource::Variable(_) => {
+                    Needs { energy: true, virial: true, pressure: true, positions: true, forces: true }
+                }
             })
         })
+    }
+
+    /// Whether a row can be made of sums alone after its step has passed: it shows no particles, no wall time and no counts of
+    /// list builds so far.
+    pub fn shows_sums_alone(&self) -> bool {
+        let needs = self.needs();
+        let of_run = self.columns.iter().any(|column| match &column.source {
+            ThermoSource::Keyword(name) => keyword(name).is_none_or(|info| info.of_run),
+            ThermoSource::Variable(_) => true,
+        });
+        // The title of a row of several lines tells the wall time.
+        !needs.positions && !needs.forces && !of_run && self.line != ThermoLine::Multi
     }
 
     /// Headers as the table prints them, which are the keys of [`ThermoTable::json`].
@@ -303,6 +317,12 @@ impl ThermoSchedule {
             return None;
         }
         Some(next_multiple(after, self.every).map_or(last, |step| step.min(last)))
+    }
+
+    /// How many rows there are after `after` and before `end`, if all of them and `after` are evenly spaced; otherwise 0.
+    pub fn evenly(&self, after: i64, end: i64) -> i64 {
+        let even = self.every > 0 && after >= self.first && after % self.every == 0;
+        if even && end > after { (end - 1 - after) / self.every } else { 0 }
     }
 }
 

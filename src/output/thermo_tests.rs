@@ -166,6 +166,36 @@ fn rows_are_at_both_ends_and_at_multiples() {
 }
 
 #[test]
+fn rows_in_between_are_evenly_spaced() {
+    let evenly = |every, first, after, end| ThermoSchedule { every, first }.evenly(after, end);
+    // The end is left out, whether it has a row or not.
+    assert_eq!((evenly(10, 0, 0, 40), evenly(10, 0, 0, 41), evenly(10, 0, 0, 31)), (3, 4, 3));
+    assert_eq!((evenly(1, 0, 5, 6), evenly(1, 0, 5, 8), evenly(1, 0, 5, 5)), (0, 2, 0));
+    // A run begins between two multiples; then all is even.
+    assert_eq!((evenly(50, 30, 30, 200), evenly(50, 30, 50, 200)), (0, 2));
+    assert_eq!((evenly(0, 0, 0, 100), evenly(i64::MAX, 0, 0, i64::MAX), evenly(10, -20, -20, 1)), (0, 0, 2));
+    // They are the rows that the schedule has.
+    let schedule = ThermoSchedule { every: 7, first: 3 };
+    let rows = |after: i64, end| {
+        std::iter::successors(schedule.next(after, 1000), |s| schedule.next(*s, 1000)).take_while(move |s| *s < end)
+    };
+    for end in 15..60 {
+        assert_eq!(schedule.evenly(14, end), rows(14, end).count() as i64, "{end}");
+    }
+}
+
+#[test]
+fn rows_of_sums_need_no_particles_and_no_clock() {
+    let alone = |lines: &[&str]| table(lines).shows_sums_alone();
+    assert!(alone(&["thermo_style one"]) && alone(&["thermo_style yaml"]));
+    assert!(alone(&["thermo_style custom step elapsed time temp pe ke etotal press pxy vol atoms density"]));
+    assert!(!alone(&["thermo_style multi"]) && !alone(&["thermo_style one", "thermo_modify line multi"]));
+    for column in ["cpu", "tpcpu", "spcpu", "cpuremain", "nbuild", "ndanger", "fmax", "fnorm", "v_x"] {
+        assert!(!alone(&[&format!("thermo_style custom step pe {column}")]), "{column}");
+    }
+}
+
+#[test]
 fn memory_line_as_readers_expect_it() {
     let expected = "Per MPI rank memory allocation (min/avg/max) = 3.119 | 3.119 | 3.119 Mbytes";
     assert_eq!(memory_line(3_270_508), expected);

@@ -50,7 +50,7 @@ impl Environment for BetweenRuns<'_> {
         let Some(space) = &self.scene.space else {
             return Err(format!("thermo keyword '{name}' before there is a simulation box"));
         };
-        let dynamic = info.needs.energy || info.needs.virial || info.needs.forces;
+        let dynamic = info.needs.sums() || info.needs.forces;
         let moved = self.unknown && !matches!(name, "step" | "elapsed" | "elaplong" | "dt" | "time" | "atoms");
         if moved {
             return Ok(Some(Quantity { value: STAND_IN, known: false }));

@@ -30,7 +30,7 @@ pub enum Outcome {
 pub static STOP: AtomicBool = AtomicBool::new(false);
 
 /// What the last step of a run computes whoever looks: formulas between runs, and a run without set-up, may ask for it.
-pub const LAST_STEP: Needs = Needs { energy: true, virial: true, positions: false, forces: false };
+pub const LAST_STEP: Needs = Needs { energy: true, virial: true, pressure: true, positions: false, forces: false };
 
 /// First and last step of a run command.
 pub fn steps(command: &RunCommand, now: i64) -> Result<(i64, i64), Complaint> {
@@ -77,6 +77,7 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
         dump.set_facts(facts.clone());
         dump.begin_run(first)?;
     }
+    RunLoop::new(script, live, program.clone(), facts.clone(), schedule, (first, last)).announce()?;
     for line in live.backend.notes() {
         live.console.line(&line);
     }

@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 use super::environment::InsideRun;
 use super::run::{LAST_STEP, RunError, STOP, stop};
 use super::{Live, ScriptState};
-use crate::engine::{Needs, Program, Reached, Snapshot, Sums};
+use crate::engine::{Needs, Program, Reached, Record, Snapshot, Sums};
 use crate::output::{Progress, Quantities, SceneFacts, ThermoSchedule};
 use crate::script::Complaint;
-use crate::system::LostAtoms;
+use crate::system::{LostAtoms, SimulationBox};
 
 /// The engine comes back at least this often for the progress bar.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(200);
@@ -97,8 +97,16 @@ impl<'r, 'l> RunLoop<'r, 'l> {
         }
     }
 
-    /// Goes on to the next step that someone wants to see.
+    /// Goes on to the next step that someone wants to see, or to one of several whose sums alone are wanted; those before it are
+    /// shown.
     fn advance(&mut self, progress: &mut Progress) -> Result<Reached, RunError> {
+        let rows = self.rows_of_sums();
+        if rows > 1 {
+            let rows = rows.min(self.pace(progress) / self.schedule.every);
+            if rows > 1 {
+                return self.advance_over(rows, progress);
+            }
+        }
         let dumps = self.live.dumps.iter().filter_map(|(_, d)| d.next(self.now, self.last));
         let next = dumps.chain(self.schedule.next(self.now, self.last)).chain([self.last]).min().unwrap_or(self.last);
         let wanted = self.needs_at(next);
@@ -111,6 +119,47 @@ impl<'r, 'l> RunLoop<'r, 'l> {
             self.now = self.live.backend.step();
             progress.reach(self.now);
         }
+        Ok(reached)
+    }
+
+    /// Tells the engine of rows that are ahead, for which it may have to prepare.
+    pub fn announce(&mut self) -> Result<(), RunError> {
+        let rows = self.rows_of_sums();
+        if rows > 1 {
+            let outputs = (self.schedule.every as u64, rows as u64);
+            self.live.backend.expect_outputs(outputs, self.script.thermo.needs())?;
+        }
+        Ok(())
+    }
+
+    /// Rows of the thermo table that are ahead before anyone wants to see anything else; 0 where they take more than sums.
+    fn rows_of_sums(&self) -> i64 {
+        let space = self.live.backend.simulation_box();
+        // Rows count atoms and measure the box: both must stay what they are.
+        if space.shrinks() || self.program.lost != LostAtoms::Error || !self.script.thermo.shows_sums_alone() {
+            return 0;
+        }
+        let dumps = self.live.dumps.iter().filter_map(|(_, d)| d.next(self.now, self.last));
+        let end = dumps.chain([self.last]).min().unwrap_or(self.last);
+        self.schedule.evenly(self.now, end)
+    }
+
+    /// Goes on to one of so many rows, and shows those before it.
+    fn advance_over(&mut self, rows: i64, progress: &mut Progress) -> Result<Reached, RunError> {
+        let needs = self.script.thermo.needs();
+        let mut records = Vec::new();
+        let outputs = (self.schedule.every as u64, rows as u64);
+        let advanced = self.live.backend.advance_recording(outputs, needs, &STOP, &mut records);
+        let clock = Instant::now();
+        let space = self.live.backend.simulation_box().clone();
+        for Record { step, sums } in records {
+            (self.now, self.sums) = (step, sums);
+            self.show(&space, true, &[])?;
+        }
+        self.output_seconds += clock.elapsed().as_secs_f64();
+        let reached = advanced.map_err(|why| stop(why, self.script, self.live, &self.program))?;
+        self.now = self.live.backend.step();
+        progress.reach(self.now);
         Ok(reached)
     }
 
@@ -160,6 +209,11 @@ impl<'r, 'l> RunLoop<'r, 'l> {
             self.sums = self.live.backend.sums()?;
         }
         let space = self.live.backend.simulation_box().clone();
+        self.show(&space, thermo_due, &dump_due).map(|()| fetched)
+    }
+
+    /// Shows the sums of the current step, and particles as they were last fetched, to the thermo table and the dumps.
+    fn show(&mut self, space: &SimulationBox, thermo_due: bool, dump_due: &[bool]) -> Result<(), RunError> {
         self.script.scene.space = Some(space.clone());
         self.script.scene.step = self.now;
         let state = std::mem::take(&mut self.script.scene.state);
@@ -169,15 +223,15 @@ impl<'r, 'l> RunLoop<'r, 'l> {
             last_step: self.last,
             timestep: self.program.timestep,
             state: &state,
-            simulation_box: &space,
+            simulation_box: space,
             sums: &self.sums,
             neighbors: self.live.backend.statistics(),
             elapsed_seconds: self.started.elapsed().as_secs_f64(),
         };
         let range = (self.facts.counting_from.unwrap_or(self.first), self.stop);
-        let shown = show(self.script, self.live, &snapshot, &self.facts, range, thermo_due, &dump_due);
+        let shown = show(self.script, self.live, &snapshot, &self.facts, range, thermo_due, dump_due);
         self.script.scene.state = state;
-        shown.map(|()| fetched)
+        shown
     }
 }
 

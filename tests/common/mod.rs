@@ -60,7 +60,7 @@ pub struct Variant {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Engine {
     Cpu(Isa),
-    /// On a GPU, with rows of the list as short as this at the start, or as long as the scene suggests.
+    /// On a GPU, with rows of the list as short as this at the start and an inner list, or as the scene suggests.
     #[cfg(feature = "cuda")]
     Cuda(Option<u32>),
 }
@@ -73,7 +73,7 @@ impl Variant {
             Engine::Cpu(isa) => Box::new(CpuBackend::new(CpuOptions { threads, precision, isa: Some(isa) }).unwrap()),
             #[cfg(feature = "cuda")]
             Engine::Cuda(capacity) => {
-                let tuning = Tuning { capacity, ..Tuning::default() };
+                let tuning = Tuning { capacity, inner: capacity.map(|_| 0.4), ..Tuning::default() };
                 Box::new(CudaBackend::new(CudaOptions { device: 0, precision, tuning }).unwrap())
             }
         }

@@ -207,7 +207,7 @@ impl<M: Mode> Engine<M> {
     }
 
     pub(super) fn forces(&mut self, needs: Needs) -> Result<(), Fault> {
-        let sums = needs.energy || needs.virial;
+        let sums = needs.sums();
         let lengths = self.held_box.lengths().into();
         if M::Slot::FIXED && self.is_out_of_range() {
             self.forces_in_double(sums, lengths);

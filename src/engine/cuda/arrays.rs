@@ -2,7 +2,7 @@
 
 #[cfg(doc)]
 use super::layout::RUNS;
-use super::layout::TOTALS;
+use super::layout::SUMS;
 use super::shape::Shape;
 
 /// What an array's length goes with.
@@ -16,6 +16,9 @@ pub enum Count {
     Blocks(usize),
     /// [`RUNS`] entries a bucket.
     Runs,
+    /// Entries for each step that a launch may record; for each block of the grid as well.
+    Records(usize),
+    RecordBlocks(usize),
     /// The list.
     List,
     /// As many as there are values for it.
@@ -33,7 +36,7 @@ pub struct Array {
 
 /// The arrays of a scene, in the order of the struct; one that a scene does not use is not there.
 pub fn arrays(shape: &Shape) -> Vec<Array> {
-    use Count::{Blocks, Buckets, Columns, List, Runs, Values};
+    use Count::{Blocks, Buckets, Columns, List, RecordBlocks, Records, Runs, Values};
     let store = shape.store();
     let real = shape.real();
     let slot = shape.slot();
@@ -67,7 +70,9 @@ pub fn arrays(shape: &Shape) -> Vec<Array> {
         (true, "counts", u32, Buckets),
         (true, "starts", u32, Buckets),
         (true, "block_counts", u32, Blocks(1)),
-        (true, "block_sums", double, Blocks(TOTALS as usize)),
+        (true, "block_sums", double, Blocks(SUMS as usize)),
+        (true, "record_sums", double, RecordBlocks(SUMS as usize)),
+        (true, "records", double, Records(SUMS as usize)),
         // Constants.
         (true, "visits", int4, Values),
         (true, "visit_starts", u32, Values),

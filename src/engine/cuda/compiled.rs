@@ -4,9 +4,9 @@ use std::ffi::c_void;
 
 use super::compiler::Compiler;
 use super::device::{Kernel, Module};
-use super::layout::{BLOCK, LIST_BLOCK};
+use super::layout::{BLOCK, LIST_BLOCK, MOST_RECORDS};
 use super::shape::Shape;
-use super::source::units;
+use super::source::{recording_unit, units};
 use crate::engine::Program;
 
 /// Compiled kernels of a shape.
@@ -17,9 +17,20 @@ pub struct Compiled {
     pub sort: Launch,
     pub list: Launch,
     pub conclude: Launch,
-    pub kinetic: Launch,
+    /// Once a run has asked for it.
+    pub recording: Option<Recording>,
     /// Intermediate code.
     pub ptx: String,
+}
+
+/// Kernels that record sums of steps as they pass.
+pub struct Recording {
+    _module: Module,
+    /// They record the whole virial.
+    pub tensor: bool,
+    /// Takes the place of the other `advance`.
+    pub advance: Launch,
+    pub sum: Launch,
 }
 
 /// A kernel and the blocks that it is launched with.
@@ -37,14 +48,14 @@ impl Compiled {
     }
 
     /// All launches by the names of their kernels.
-    pub fn launches(&self) -> [(&'static str, &Launch); 5] {
-        let Self { advance, sort, list, conclude, kinetic, .. } = self;
-        [("advance", advance), ("sort", sort), ("list", list), ("conclude", conclude), ("kinetic", kinetic)]
+    pub fn launches(&self) -> [(&'static str, &Launch); 4] {
+        let Self { advance, sort, list, conclude, .. } = self;
+        [("advance", advance), ("sort", sort), ("list", list), ("conclude", conclude)]
     }
 
     /// No launch has more blocks from here on.
     pub fn limit(&mut self, blocks: u32) {
-        let all = [&mut self.advance, &mut self.sort, &mut self.list, &mut self.conclude, &mut self.kinetic];
+        let all = [&mut self.advance, &mut self.sort, &mut self.list, &mut self.conclude];
         all.into_iter().for_each(|launch| launch.blocks = launch.blocks.min(blocks));
     }
 }
@@ -71,14 +82,38 @@ pub fn compile(compiler: &Compiler, program: &Program, shape: &Shape, n: usize) 
         Ok(Launch { kernel, blocks, threads: block })
     };
     let lanes = u64::from(shape.lanes);
+    let mut conclude = find("conclude", BLOCK, lanes)?;
+    // As many as fit in any case, and not more where there happens to be room: sums do not show which kernel added them up.
+    conclude.blocks = conclude.blocks.min(processors * shape.blocks_at_least);
     Ok(Compiled {
         advance: find("advance", BLOCK, lanes)?,
         sort: find("sort", BLOCK, 1)?,
         list: find("list", LIST_BLOCK, 32)?,
-        conclude: find("conclude", BLOCK, lanes)?,
-        kinetic: find("kinetic", BLOCK, 1)?,
+        conclude,
+        recording: None,
         shape: shape.clone(),
         _modules: modules,
         ptx: compiled.into_iter().map(|kernels| kernels.ptx).collect(),
     })
+}
+
+/// Kernels that record, the whole virial or its trace, beside those of the same scene: with as many blocks as `conclude`, whose sums theirs are to equal.
+pub fn compile_recording(
+    compiler: &Compiler,
+    program: &Program,
+    beside: &Compiled,
+    tensor: bool,
+) -> Result<Recording, String> {
+    let unit = recording_unit(program, &beside.shape, tensor);
+    let compiled = compiler.kernels(std::slice::from_ref(&unit))?;
+    let module = Module::load(&compiled[0].cubin)?;
+    let processors = compiler.device.multiprocessors;
+    let find = |name: &str, blocks: u32| -> Result<Launch, String> {
+        let kernel = module.kernel(name, BLOCK)?;
+        let blocks = blocks.min(processors * kernel.resident.max(1));
+        Ok(Launch { kernel, blocks, threads: BLOCK })
+    };
+    let advance = find("advance_recording", beside.conclude.blocks)?;
+    let sum = find("sum_records", MOST_RECORDS)?;
+    Ok(Recording { _module: module, tensor, advance, sum })
 }

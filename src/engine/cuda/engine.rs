@@ -14,7 +14,7 @@ use super::transfer::write_reals_at;
 use crate::engine::Precision;
 use crate::engine::backend::{StageSeconds, Stop};
 use crate::engine::fault::{Fault, FaultKind};
-use crate::engine::observer::{Needs, NeighborStatistics};
+use crate::engine::observer::{Needs, NeighborStatistics, Sums};
 use crate::engine::particles::Particles;
 use crate::engine::program::Program;
 use crate::engine::trouble::Scene as Situation;
@@ -51,8 +51,15 @@ pub struct Engine {
     pub memory: Memory,
     /// As the last launch left it.
     pub control: Control,
-    /// Energy (half pairs) and virial, as the last launch that was asked for them left them.
-    pub(super) pair_sums: [f64; TOTALS as usize],
+    /// As the last launches left them: energy (of all rows) and virial by the one that was asked for them, kinetic sums by the
+    /// last that came to an end.
+    pub(super) sums: [f64; SUMS as usize],
+    /// Of the virial more was asked for than its trace.
+    pub(super) tensor: bool,
+    /// Those of the current velocities are there.
+    pub(super) summed: bool,
+    /// Of the steps that the launches of the order under way have recorded.
+    pub(super) recorded: Vec<Sums>,
     pub lost: usize,
     /// Times that arrays had to grow, or the grid to move.
     pub redone: u64,
@@ -112,7 +119,10 @@ impl Engine {
             sizes: Sizes::default(),
             memory: Memory::default(),
             control: Control { step, next_sort: step, ..Control::default() },
-            pair_sums: [0.0; TOTALS as usize],
+            sums: [0.0; SUMS as usize],
+            tensor: false,
+            summed: false,
+            recorded: Vec::new(),
             lost: 0,
             redone: 0,
             long_runs: false,
@@ -145,6 +155,7 @@ impl Engine {
             pitch: memory::pitch(n),
             buckets: plan.most_buckets,
             blocks: self.compiled.blocks().into(),
+            records: 0,
             list: 0,
             values,
         };
@@ -172,7 +183,8 @@ impl Engine {
         };
         self.control.half_done = 0;
         self.control.left = 0;
-        self.build_from(particles, Order { sums: needs.sums().into(), finish: 0, set_up: 1 })?;
+        self.ask(needs);
+        self.build_from(particles, Order { sums: needs.sums().into(), set_up: 1, ..Order::default() })?;
         self.base = self.control.nanoseconds;
         Ok(())
     }
@@ -316,6 +328,7 @@ impl Engine {
         let (timestep, masses, lost) = (program.timestep, program.masses.clone(), program.lost);
         self.program = Arc::new(Program { policy, timestep, masses, lost, ..Program::clone(&self.program) });
         self.control.step = step;
+        self.summed = false;
         self.base = self.control.nanoseconds;
         let shape = Shape::new(&self.program, &self.simulation_box, self.precision);
         let Shape { rebuilds, check, masses, .. } = shape;

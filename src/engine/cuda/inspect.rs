@@ -6,7 +6,7 @@ use super::layout::{Order, Scene};
 use super::nvrtc::{Compiled, Nvrtc};
 use super::plan::{Given, Plan, Tuning};
 pub use super::source::Unit;
-use super::source::units;
+use super::source::{recording_unit, units};
 use crate::Error;
 use crate::engine::{Precision, Program};
 use crate::system::{SimulationBox, State};
@@ -24,6 +24,17 @@ pub fn units_of(program: &Program, state: &State, simulation_box: &SimulationBox
     units(program, &plan_of(program, state, simulation_box, precision).shape)
 }
 
+/// Those that a run with many outputs has besides; of the virial they record the trace, or all of it.
+pub fn recording_unit_of(
+    program: &Program,
+    state: &State,
+    simulation_box: &SimulationBox,
+    precision: Precision,
+    tensor: bool,
+) -> Unit {
+    recording_unit(program, &plan_of(program, state, simulation_box, precision).shape, tensor)
+}
+
 /// Names of a scene's entry points, and bytes of each argument that the host launches them with.
 pub fn arguments_of(
     program: &Program,
@@ -32,12 +43,9 @@ pub fn arguments_of(
     precision: Precision,
 ) -> Vec<(String, Vec<usize>)> {
     let shape = plan_of(program, state, simulation_box, precision).shape;
-    let (arrays, scene) = (arrays(&shape).len() * size_of::<u64>(), size_of::<Scene>());
-    let arguments = |kernel: &str| match kernel {
-        "kinetic" => (kernel.to_string(), vec![arrays, scene]),
-        _ => (kernel.to_string(), vec![arrays, scene, size_of::<Order>()]),
-    };
-    units(program, &shape).iter().flat_map(|unit| unit.kernels).map(|kernel| arguments(kernel)).collect()
+    let bytes = vec![arrays(&shape).len() * size_of::<u64>(), size_of::<Scene>(), size_of::<Order>()];
+    let units = units(program, &shape).into_iter().chain([recording_unit(program, &shape, true)]);
+    units.flat_map(|unit| unit.kernels).map(|kernel| (kernel.to_string(), bytes.clone())).collect()
 }
 
 fn plan_of(program: &Program, state: &State, simulation_box: &SimulationBox, precision: Precision) -> Plan {

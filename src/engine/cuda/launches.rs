@@ -16,33 +16,54 @@ const LAUNCH_SECONDS: f64 = 0.1;
 /// Builds that one series of launches is ready for.
 const MOST_BUILDS: f64 = 64.0;
 
+/// Part of the usual time between builds after which another one is reckoned with.
+const EARLY: f64 = 0.7;
+
 /// Room in rows beyond what was asked for when they grow.
 const GROWTH: f64 = 1.1;
 
 impl Engine {
     /// Runs steps in launches of bounded length; what `needs` asks for is computed at the last step.
     pub fn advance(&mut self, steps: u64, needs: Needs, stop: &AtomicBool) -> Result<Reached, Stop> {
+        self.ask(needs);
         let mut left = steps;
         while left > 0 {
-            let bound = if self.seconds_per_step > 0.0 { LAUNCH_SECONDS / self.seconds_per_step } else { 8.0 };
-            let now = left.min((bound as u64).max(1));
+            let now = left.min(self.steps_in_launch());
             let end = now == left;
             let (sums, finish) = ((end && needs.sums()).into(), end.into());
             let clock = Instant::now();
             (self.control.left, self.control.begin) = (now, BEGIN_MOVE);
-            self.go(Order { sums, finish, set_up: 0 })?;
+            self.go(Order { sums, finish, ..Order::default() })?;
             self.seconds_per_step = clock.elapsed().as_secs_f64() / now as f64;
             left -= now;
             if stop.load(Ordering::Relaxed) {
-                if !(end && needs.energy && needs.virial) {
-                    // Whoever looks at the last step may want its sums.
-                    self.control.begin = BEGIN_FORCE;
-                    self.go(Order { sums: 1, finish: 1, set_up: 0 })?;
-                }
-                return Ok(Reached::Interrupted);
+                return self.interrupt(end && needs.sums());
             }
         }
         Ok(Reached::End)
+    }
+
+    /// Notes which sums are wanted; where none are, those of before still stand.
+    pub(super) fn ask(&mut self, needs: Needs) {
+        if needs.sums() {
+            self.tensor = needs.virial || !needs.pressure;
+        }
+    }
+
+    /// Steps of a launch that takes as long as one may.
+    pub(super) fn steps_in_launch(&self) -> u64 {
+        let bound = if self.seconds_per_step > 0.0 { LAUNCH_SECONDS / self.seconds_per_step } else { 8.0 };
+        (bound as u64).max(1)
+    }
+
+    /// Ends at the current step, all of whose sums whoever looks at it may want; they may be there.
+    pub(super) fn interrupt(&mut self, summed: bool) -> Result<Reached, Stop> {
+        self.tensor = true;
+        if !summed {
+            self.control.begin = BEGIN_FORCE;
+            self.go(Order { sums: 1, finish: 1, ..Order::default() })?;
+        }
+        Ok(Reached::Interrupted)
     }
 
     /// Goes through the steps that are left, from where the control says, whatever the host has to do in between.
@@ -89,12 +110,16 @@ impl Engine {
     /// Launches kernels in the order of steps until all is done, the host has to act, or there were more builds than expected;
     /// a kernel that is not asked for ends at once.
     fn launch(&mut self, order: &Order) -> Result<(), String> {
+        self.compiler.device.bind()?;
+        if order.record_stride != 0 {
+            self.prepare_recording(self.tensor)?;
+        }
         let device = &self.compiler.device;
-        device.bind()?;
         let control = self.memory.get("control");
         (self.control.wanted, self.control.trouble) = (0, 0);
         (self.control.turn, self.control.barrier, self.control.met) = (0, [0; 2], [0; 2]);
         (self.control.sort_trouble, self.control.marks) = (0, [0; MARKS as usize]);
+        (self.control.recorded, self.summed) = (0, false);
         if self.control.begin == BEGIN_LIST {
             (self.control.entries, self.control.tests, self.control.taken) = (0, 0, 0);
         }
@@ -102,14 +127,21 @@ impl Engine {
         control.write(0, &[self.control])?;
         let (table, scene) = (self.memory.table.as_ptr(), &self.plan.scene as *const Scene);
         let parameters = [table.cast::<c_void>(), scene.cast(), (order as *const Order).cast()];
-        let Compiled { advance, sort, list, conclude, .. } = &self.compiled;
-        for _ in 0..self.expected_builds() {
+        let Compiled { advance, sort, list, conclude, recording, .. } = &self.compiled;
+        let recording = recording.as_ref().filter(|_| order.record_stride != 0);
+        let advance = recording.map_or(advance, |recording| &recording.advance);
+        for _ in 0..expected_builds(&before, before.step - self.counting_from) {
             advance.go(&parameters)?;
             sort.go(&parameters)?;
             list.go(&parameters)?;
         }
         advance.go(&parameters)?;
-        if order.sums != 0 || order.finish != 0 {
+        if let Some(recording) = recording {
+            recording.sum.go(&parameters)?;
+        }
+        // Where there is nothing else to do, kinetic sums are asked for.
+        let concludes = order.sums != 0 || order.finish != 0 || before.begin == BEGIN_END;
+        if concludes {
             conclude.go(&parameters)?;
         }
         device.wait()?;
@@ -120,34 +152,57 @@ impl Engine {
             self.held_box.clone_from(&self.simulation_box);
             self.held_step = self.control.step - self.control.ago as i64;
         }
-        if order.sums != 0 && self.control.trouble == 0 && self.control.begin == BEGIN_END {
-            self.pair_sums = self.block_sums(self.compiled.conclude.blocks)?;
+        if concludes && self.control.trouble == 0 && self.control.begin == BEGIN_END {
+            // Without a set-up, energy and virial of the last run still stand.
+            let from = if order.sums != 0 { 0 } else { TOTALS as usize };
+            self.sums[from..].copy_from_slice(&self.control.sums[from..]);
+            self.summed = true;
         }
-        Ok(())
+        self.read_records()
     }
 
-    /// Builds to be ready for in the steps that are left.
-    fn expected_builds(&self) -> u64 {
-        let Control { begin, left, builds, .. } = self.control;
-        let steps = (self.control.step - self.counting_from).max(1) as f64;
-        let each = if builds > 0 { builds as f64 / steps } else { 1.0 };
-        let more = (left as f64 * each * 1.1).ceil().min(left as f64).min(MOST_BUILDS) as u64;
-        more + u64::from(begin == BEGIN_BUILD || begin == BEGIN_LIST)
-    }
-
+    /// Sums of the current step; energy and virial as the last launch that was asked for them left them.
     pub fn sums(&mut self) -> Result<Sums, String> {
-        let device = &self.compiler.device;
-        device.bind()?;
-        let (table, scene) = (self.memory.table.as_ptr(), &self.plan.scene as *const Scene);
-        self.compiled.kinetic.go(&[table.cast::<c_void>(), scene.cast()])?;
-        device.wait()?;
-        let kinetic = self.block_sums(self.compiled.kinetic.blocks)?;
-        let (scene, energy) = (&self.plan.scene, self.plan.energy);
-        // Every pair stands in two rows.
-        Ok(Sums {
-            kinetic: std::array::from_fn(|k| kinetic[k]),
-            potential: 0.5 * energy * self.pair_sums[0],
-            virial: std::array::from_fn(|k| 0.5 * scene.force_unit * self.plan.unit * self.pair_sums[k + 1]),
-        })
+        if !self.summed {
+            // Velocities may be others than a run left behind.
+            self.compiler.device.bind()?;
+            (self.control.left, self.control.begin) = (0, BEGIN_END);
+            self.go(Order::default()).map_err(|stop| stop.to_string())?;
+        }
+        Ok(self.sums_of(&self.sums))
+    }
+}
+
+/// Builds to be ready for in the steps that are left, `steps` after the set-up from which on they are counted.
+fn expected_builds(control: &Control, steps: i64) -> u64 {
+    let Control { begin, left, builds, ago, .. } = *control;
+    // One more than there were: a run that has had none may yet have its first.
+    let each = ((builds + 1) as f64 / steps.max(1) as f64).min(1.0);
+    // They come at much the same intervals. Right after one, three kernels that end at once would cost a short launch more
+    // than the rare one that has to be launched again.
+    let soon = (ago + left) as f64 * each >= EARLY;
+    let more = if soon { (left as f64 * each * 1.1).ceil().min(left as f64).min(MOST_BUILDS) as u64 } else { 0 };
+    more + u64::from(begin == BEGIN_BUILD || begin == BEGIN_LIST)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn builds_are_expected_where_they_are_due() {
+        let expected = |builds, steps, ago, left, begin| {
+            expected_builds(&Control { builds, ago, left, begin, ..Control::default() }, steps)
+        };
+        // One in ten steps: none right after one, one when it is due, all of a long launch.
+        assert_eq!(expected(99, 1000, 2, 1, BEGIN_MOVE), 0);
+        assert_eq!(expected(99, 1000, 8, 1, BEGIN_MOVE), 1);
+        assert_eq!(expected(99, 1000, 0, 100, BEGIN_MOVE), 11);
+        assert_eq!(expected(99, 1000, 0, 100_000, BEGIN_MOVE), MOST_BUILDS as u64);
+        // The one that is under way, and no other where nothing is left.
+        assert_eq!(expected(99, 1000, 10, 0, BEGIN_LIST), 1);
+        // Nothing is known at the start; later that there are none.
+        assert_eq!(expected(0, 0, 0, 8, BEGIN_MOVE), 8);
+        assert_eq!(expected(0, 10_000, 10_000, 100, BEGIN_MOVE), 1);
     }
 }

@@ -87,8 +87,16 @@ numbers! {
     STAGE_SORT = 2;
     STAGE_LIST = 3;
     STAGE_PAIR = 4;
-    /// Numbers that a block leaves for the host to add up: energy and virial, or as many of them as a kernel has.
-    TOTALS = 7;
+    /// Sums over pairs: energy, trace of the virial, virial. A block of the sort leaves bounds in as much room.
+    TOTALS = 8;
+    /// Those of them that a scalar pressure takes.
+    PRESSURE_TOTALS = 2;
+    /// Sums of m v v.
+    KINETIC = 6;
+    /// All sums that an output may want, in this order.
+    SUMS = TOTALS + KINETIC;
+    /// Steps whose sums one launch records at most: bounds the memory for what blocks leave of them.
+    MOST_RECORDS = 256;
     /// What particles came to in a step: moved too far for the list, or for fixed-point coordinates; a force that is no number.
     MARK_FAR = 1;
     MARK_RANGE = 2;
@@ -111,6 +119,10 @@ numbers! {
 layout! {
     /// What kernels are to do beside steps.
     pub struct Order {
+        /// The first step whose sums are to be recorded as it passes, and how many steps on the next ones are; none where
+        /// that is 0. The last step of all is not recorded.
+        pub record_first: i64,
+        pub record_stride: i64,
         /// Energy and virial are wanted at the last step.
         pub sums: u32,
         /// The second half of the last step is to be done as well.
@@ -152,6 +164,11 @@ layout! {
         pub barrier: [u64; 2],
         /// What these stand at between kernels.
         pub met: [u64; 2],
+        /// Of the last step that was concluded.
+        pub sums: [f64; SUMS as usize],
+        /// Steps recorded since the host looked, and the blocks whose sums there are of each.
+        pub recorded: u32,
+        pub record_blocks: u32,
     }
 
     /// Constants of a scene between two actions of the host.

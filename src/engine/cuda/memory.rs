@@ -14,6 +14,8 @@ pub struct Sizes {
     pub pitch: u64,
     pub buckets: u64,
     pub blocks: u64,
+    /// Steps that a launch may record; 0 as long as no run asks for it.
+    pub records: u64,
     /// Entries of the list.
     pub list: u64,
     pub values: Values,
@@ -104,6 +106,8 @@ fn bytes(array: &Array, sizes: &Sizes) -> u64 {
         (Count::Buckets, _) => sizes.buckets + 1,
         (Count::Runs, _) => sizes.buckets * u64::from(RUNS),
         (Count::Blocks(each), _) => each as u64 * sizes.blocks,
+        (Count::Records(each), _) => each as u64 * sizes.records,
+        (Count::RecordBlocks(each), _) => each as u64 * sizes.records * sizes.blocks,
         (Count::List, _) => sizes.list,
         (Count::Values, "control") => return size_of::<Control>() as u64,
         (Count::Values, "visits") => sizes.values.visits,

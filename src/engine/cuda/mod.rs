@@ -17,6 +17,7 @@ mod memory;
 mod nvrtc;
 mod plan;
 pub mod ptx;
+mod recording;
 mod shape;
 mod source;
 mod transfer;
@@ -26,7 +27,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::backend::{Backend, Pair, Reached, StageSeconds, Stop, Work};
-use super::observer::{Needs, NeighborStatistics, Sums};
+use super::observer::{Needs, NeighborStatistics, Record, Sums};
 use super::precision::Precision;
 use super::program::Program;
 use crate::Error;
@@ -132,6 +133,20 @@ impl Backend for CudaBackend {
 
     fn advance(&mut self, steps: u64, needs: Needs, stop: &AtomicBool) -> Result<Reached, Stop> {
         self.engine_mut().advance(steps, needs, stop)
+    }
+
+    fn expect_outputs(&mut self, outputs: (u64, u64), needs: Needs) -> Result<(), Error> {
+        self.engine_mut().expect_outputs(outputs, needs).map_err(Error::Unavailable)
+    }
+
+    fn advance_recording(
+        &mut self,
+        outputs: (u64, u64),
+        needs: Needs,
+        stop: &AtomicBool,
+        records: &mut Vec<Record>,
+    ) -> Result<Reached, Stop> {
+        self.engine_mut().advance_recording(outputs, needs, stop, records)
     }
 
     fn step(&self) -> i64 {

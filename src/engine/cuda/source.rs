@@ -19,6 +19,7 @@ use crate::system::simulation_box::wrap_once;
 type Stage = (&'static str, &'static str);
 
 const GRID: Stage = ("kernels/grid.cuh", include_str!("../../../kernels/grid.cuh"));
+const SUMS: Stage = ("kernels/sums.cuh", include_str!("../../../kernels/sums.cuh"));
 const MOTION: Stage = ("kernels/motion.cuh", include_str!("../../../kernels/motion.cuh"));
 const CELLS: Stage = ("kernels/cells.cuh", include_str!("../../../kernels/cells.cuh"));
 const SORT: Stage = ("kernels/sort.cuh", include_str!("../../../kernels/sort.cuh"));
@@ -30,6 +31,7 @@ const SORT_KERNEL: Stage = ("kernels/sort.cu", include_str!("../../../kernels/so
 const LIST_KERNEL: Stage = ("kernels/list.cu", include_str!("../../../kernels/list.cu"));
 const ADVANCE: Stage = ("kernels/advance.cu", include_str!("../../../kernels/advance.cu"));
 const CONCLUDE: Stage = ("kernels/conclude.cu", include_str!("../../../kernels/conclude.cu"));
+const RECORDS: Stage = ("kernels/records.cu", include_str!("../../../kernels/records.cu"));
 
 /// Kernels that are compiled together.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -81,17 +83,26 @@ pub fn pair_numbers(table: &PairTable, cutoff_squared: f64, pair: usize) -> Vec<
 /// The kernels of a scene, in parts that are compiled side by side.
 pub fn units(program: &Program, shape: &Shape) -> Vec<Unit> {
     let common = common(program, shape);
-    let unit = |kernels, stages: &[Stage]| {
-        let stages = [GRID, MOTION].into_iter().chain(stages.iter().copied());
-        let stages: String = stages.map(|(name, stage)| format!("#line 1 \"{name}\"\n{stage}")).collect();
-        Unit { kernels, text: format!("{common}{stages}") }
-    };
+    let unit = |kernels, stages: &[Stage]| unit(kernels, &common, stages);
     vec![
         unit(&["sort"], &[CELLS, SORT, SORT_KERNEL]),
         unit(&["list"], &[CELLS, PRODUCTS, SEARCH, LIST_KERNEL]),
-        unit(&["conclude", "kinetic"], &[ROWS, FORCE, CONCLUDE]),
+        unit(&["conclude"], &[ROWS, FORCE, CONCLUDE]),
         unit(&["advance"], &[ROWS, FORCE, ADVANCE]),
     ]
+}
+
+/// The kernels that record sums of steps as they pass, for scenes whose outputs are close to each other; of the virial its trace
+/// alone, or all of it.
+pub fn recording_unit(program: &Program, shape: &Shape, tensor: bool) -> Unit {
+    let common = common(program, shape) + "#define RECORDS\n" + if tensor { "#define TENSOR\n" } else { "" };
+    unit(&["advance_recording", "sum_records"], &common, &[ROWS, FORCE, ADVANCE, RECORDS])
+}
+
+fn unit(kernels: &'static [&'static str], common: &str, stages: &[Stage]) -> Unit {
+    let stages = [GRID, SUMS, MOTION].into_iter().chain(stages.iter().copied());
+    let stages: String = stages.map(|(name, stage)| format!("#line 1 \"{name}\"\n{stage}")).collect();
+    Unit { kernels, text: format!("{common}{stages}") }
 }
 
 /// What all units begin with.

@@ -8,7 +8,7 @@ use crate::engine::backend::Pair;
 use crate::engine::particles::Particles;
 use crate::system::{State, Vec3};
 
-/// Numbers that a block leaves.
+/// Room for the bounds that a block leaves.
 const EACH: usize = TOTALS as usize;
 
 /// Up to one in so many rows of the list are read one by one.
@@ -213,16 +213,6 @@ impl Engine {
         let least = |side: usize| all.chunks_exact(EACH).map(|block| block[side]).fold(f64::INFINITY, f64::min);
         let bounds = (Vec3::from_fn(|a, _| least(a)), Vec3::from_fn(|a, _| -least(a + 3)));
         Ok(if self.control.n == 0 { Default::default() } else { bounds })
-    }
-
-    /// Sums over the blocks, in their order.
-    pub(super) fn block_sums(&self, blocks: u32) -> Result<[f64; EACH], String> {
-        let all: Vec<f64> = self.memory.get("block_sums").read(0, EACH * blocks as usize)?;
-        let mut sums = [0.0; EACH];
-        for block in all.chunks_exact(EACH) {
-            sums.iter_mut().zip(block).for_each(|(sum, part)| *sum += part);
-        }
-        Ok(sums)
     }
 }
 
