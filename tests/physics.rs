@@ -55,7 +55,7 @@ fn every_style_has_the_force_of_its_energy() {
         type Output = ();
         fn visit<S: PairStyle>(self) {
             let coefficients: Vec<f64> = (0..S::COEFFICIENTS.len()).map(|k| 1.3 - 0.2 * k as f64).collect();
-            let params = S::params(&coefficients, &vec![1.1; S::SETTINGS.len()]);
+            let params = S::params(&coefficients, &vec![1.1; S::SETTINGS.len()], 4.0);
             for k in 1..60 {
                 let r = 0.7 + 0.05 * k as f64;
                 let x = Dual::variable(r);

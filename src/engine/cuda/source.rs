@@ -67,7 +67,7 @@ pub fn pair_numbers(table: &PairTable, cutoff_squared: f64, pair: usize) -> Vec<
                 numbers.push(x);
                 x
             };
-            S::map(&S::params(&pair.coefficients, &table.settings), &mut add);
+            S::map(&S::params(&pair.coefficients, &table.settings, pair.cutoff), &mut add);
             if table.shift {
                 Shifted::map(&Shifted::params(pair.energy_at_cutoff), &mut add);
             }
@@ -168,7 +168,7 @@ fn pair_formulas(table: &PairTable, shape: &Shape) -> String {
             next += 1;
             tape.input(format!("p[{next}]"))
         };
-        let style = S::map(&S::params(&pair.coefficients, &table.settings), &mut input);
+        let style = S::map(&S::params(&pair.coefficients, &table.settings, pair.cutoff), &mut input);
         let truncation = T::map(&T::params(pair.energy_at_cutoff), &mut input);
         let value = T::apply(S::eval(tape.input("r2"), &style), &truncation);
         let (force, energy) = (("*force", value.force_over_r), ("*energy", value.energy));
