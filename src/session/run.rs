@@ -212,7 +212,7 @@ fn set_up_messages(program: &Program, mixed: usize, mixable: usize, script: &Scr
     for line in &lines {
         live.console.line(line);
     }
-    if program.fixes.is_empty() {
+    if !program.moves() {
         live.console.warning("no fix integrates the motion: atoms stay where they are");
     }
 }

@@ -168,7 +168,7 @@ pub fn program(cutoffs: &[f64], skin: f64, search: Search) -> Program {
         units,
         pair: pair.complete().unwrap().0,
         masses: (0..types).map(|k| 1.0 + k as f64).collect(),
-        fixes: vec![Fix { id: "1".into(), style: "nve", group: GROUP_ALL, parameters: vec![] }],
+        fixes: vec![Fix { id: "1".into(), style: "nve", group: GROUP_ALL, ..Fix::default() }],
         timestep: 0.005,
         policy: Policy::new(skin),
         search,

@@ -3,6 +3,7 @@
 use super::layout::{Limit, Scene, TENSOR_REACH};
 use super::shape::Shape;
 use super::source::pair_numbers;
+use crate::dynamics::MOST_PARAMETERS_OF_ALL;
 use crate::engine::tuned::{Choices, Table};
 use crate::engine::{Precision, Program, particles};
 use crate::neighbor::axis::{Axis, Reach};
@@ -149,7 +150,7 @@ impl Plan {
         // f32 rounds the displacement that is compared.
         let slack = if shape.double_store { 1.0 } else { 1.0 - 1e-6 };
         let no_image = images.iter().position(|i| *i == [0; 4]).unwrap_or(0) as u32;
-        let mut fix_parameters = [0.0; 16];
+        let mut fix_parameters = [0.0; MOST_PARAMETERS_OF_ALL];
         for (to, from) in fix_parameters.iter_mut().zip(program.fixes.iter().flat_map(|fix| &fix.parameters)) {
             *to = *from;
         }

@@ -1,5 +1,6 @@
 //! What a scene's kernels are compiled for. Numbers are no part of it: they are parameters.
 
+use crate::dynamics::{Fix, Phase};
 use crate::engine::{Precision, Program};
 use crate::neighbor::Search;
 use crate::system::{GROUP_ALL, SimulationBox};
@@ -35,6 +36,10 @@ pub struct Shape {
     pub masses: bool,
     /// Some fix acts on a part of the particles.
     pub groups: bool,
+    /// Some fix has coordinates, and positions are relative.
+    pub coordinates: bool,
+    /// Some fix acts on forces.
+    pub forces: bool,
     pub lanes: u32,
     /// Particles of an octant that a warp lists together, and warps that share an octant.
     pub group: u32,
@@ -68,6 +73,8 @@ impl Shape {
             shrinks: simulation_box.shrinks(),
             masses: program.masses.windows(2).any(|pair| pair[0] != pair[1]),
             groups: program.fixes.iter().any(|fix| fix.group != GROUP_ALL),
+            coordinates: precision == Precision::Single && program.fixes.iter().any(has_coordinates),
+            forces: program.fixes.iter().any(|fix| fix.acts(Phase::Force)),
             lanes: 1,
             group: 32,
             slices: 1,
@@ -99,4 +106,8 @@ impl Shape {
     pub fn codes(&self) -> u32 {
         self.most_images.iter().map(|most| 2 * most + 1).product()
     }
+}
+
+fn has_coordinates(fix: &Fix) -> bool {
+    (0..fix.parameters.len()).any(|k| fix.coordinate(k).is_some())
 }
