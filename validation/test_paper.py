@@ -43,6 +43,15 @@ def test_neighbors_are_those_of_lammps(path: Path, tmp_path: Path) -> None:
     assert not ours[len(theirs) :].any()
 
 
+def test_searches_and_edges_find_the_same_neighbors() -> None:
+    path = SCRIPTS[3]
+    expected = count_neighbors(path)
+    octants = [f"{search}:{edge}" for search in ("octant", "trimmed", "midplane") for edge in (2, 2.52, 4)]
+    standard = [f"standard:{edge}" for edge in (0.5, 1, 2, 2.52, 4)]
+    for search in [*octants, *standard, "brute"]:
+        assert (count_neighbors(path, search=search) == expected).all(), search
+
+
 @pytest.mark.parametrize("force", LAMMPS_FORCE)
 def test_forces_and_energy_are_those_of_lammps(force: str, tmp_path: Path) -> None:
     path = SCRIPTS[2]

@@ -1,7 +1,7 @@
 //! The step of a scene as data: what a backend has to know, and nothing of scripts.
 
 use crate::dynamics::{Fix, Phase};
-use crate::neighbor::{Policy, Search};
+use crate::neighbor::{Policy, SearchPlan};
 use crate::pair::PairTable;
 use crate::system::{LostAtoms, Units};
 
@@ -27,7 +27,7 @@ pub struct Program {
     /// Timestep, time units.
     pub timestep: f64,
     pub policy: Policy,
-    pub search: Search,
+    pub search: SearchPlan,
     pub lost: LostAtoms,
     /// `None`: storage order stays as it is.
     pub storage_sort: Option<StorageSort>,

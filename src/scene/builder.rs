@@ -4,7 +4,7 @@ use super::{CreateContext, Groups, Lattice, Regions, VelocityContext};
 use crate::dynamics::{Fix, FixArguments, FixScene, MOST_PARAMETERS_OF_ALL, parse_fix};
 use crate::engine::{Program, StorageSort};
 use crate::neighbor::estimate::estimate;
-use crate::neighbor::{Policy, Search};
+use crate::neighbor::{Policy, SearchPlan};
 use crate::pair::PairCoefficients;
 use crate::script::command::{create_atoms, create_box, group, lattice, mass, region, velocity};
 use crate::script::{Args, Complaint, Name};
@@ -242,7 +242,7 @@ impl SceneBuilder {
     }
 
     /// Freezes what a run needs; also the numbers of mixed and mixable pairs. The complaint names what is missing.
-    pub fn program(&self, search: Search) -> Result<(Program, usize, usize), Complaint> {
+    pub fn program(&self, search: SearchPlan) -> Result<(Program, usize, usize), Complaint> {
         self.space()?;
         let Some(pair) = &self.pair else {
             return Err(Complaint::new(0, "there is no pair_style"));

@@ -271,7 +271,7 @@ impl ScriptState {
     /// Judges a run: everything it needs is there; time passes, nothing moves.
     fn judge_run(&mut self, command: &crate::script::command::RunCommand) -> Result<(), Complaint> {
         let (first, last) = steps(command, self.scene.step)?;
-        self.scene.program(crate::neighbor::Search::default())?;
+        self.scene.program(crate::neighbor::SearchPlan::default())?;
         self.judge_thermo_variables((command.start.unwrap_or(first), command.stop.unwrap_or(last)))?;
         self.scene.step = last;
         self.judged_run = true;

@@ -20,12 +20,14 @@ pub const SPAN: i64 = 4;
 /// Slots of a tile that particles may take: one stays for the slot that fills rows up, and room for a full set of lanes.
 const ROOM: u32 = SLOTS as u32 - 32;
 
-/// Particles of a cell's octant.
+/// Particles of a cell's octant that look into the same cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Unit {
     /// Occupied cell, and octant of it.
     pub cell: usize,
     pub octant: u8,
+    /// Bits of the axes along which their own cell is enough.
+    pub middle: u8,
     pub first: u32,
     pub end: u32,
 }
@@ -135,7 +137,7 @@ impl Block {
     pub fn lay_out(&mut self, grid: &Grid, cells: &Cells, runs: &mut Vec<Run>) {
         runs.clear();
         for unit in &self.units {
-            grid.runs(cells, grid.unhash(cells.hash(unit.cell)), unit.octant, runs);
+            grid.runs(cells, grid.unhash(cells.hash(unit.cell)), unit.octant, unit.middle, runs);
         }
         // Own image first: the block's own particles then are one stretch of slots.
         runs.sort_unstable_by_key(|r| (r.image != [0; 3], r.image, r.start));
@@ -204,7 +206,16 @@ pub fn cut(blocks: &mut Vec<Block>, grid: &Grid, cells: &Cells) -> usize {
                 origin = at;
             }
             let block = &mut blocks[count - 1];
-            block.units.push(Unit { cell, octant: octant as u8, first, end });
+            let unit = |first, end| {
+                let middle = if grid.midplane { cells.part(first) } else { 0 };
+                Unit { cell, octant: octant as u8, middle, first, end }
+            };
+            let mut from = first;
+            for k in (first + 1..end).filter(|k| grid.midplane && cells.part(*k) != cells.part(k - 1)) {
+                block.units.push(unit(from, k));
+                from = k;
+            }
+            block.units.push(unit(from, end));
             block.end = end as usize;
             open = block.end - block.first < CROWDED as usize;
         }

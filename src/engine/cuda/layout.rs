@@ -164,6 +164,8 @@ layout! {
         pub grid_lo: [f64; 3],
         pub inverse_edge: [f64; 3],
         pub last_cell: [f64; 3],
+        /// Part of a cell next to a side within which particles look beyond it.
+        pub border: [f64; 3],
         /// Fixed-point coordinates are (x - origin) quanta.
         pub origin: [f64; 3],
         pub quanta: [f64; 3],

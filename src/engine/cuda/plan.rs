@@ -164,6 +164,7 @@ impl Plan {
             grid_lo: grid.axes.map(|a| a.lo),
             inverse_edge: grid.axes.map(|a| a.inverse_edge),
             last_cell: grid.axes.map(|a| (a.cells - 1) as f64),
+            border: grid.axes.map(|a| a.border),
             origin: simulation_box.lo.into(),
             quanta,
             storage_inverse: std::array::from_fn(|a| f64::from(storage_bins[a]) / lengths[a]),
@@ -240,17 +241,20 @@ fn images(most: [u32; 3]) -> Vec<[i32; 4]> {
     all
 }
 
-/// For each octant the cells to look into, relative to the own one, each with the first of some octants one after the other
+/// For each octant (and where particles of an octant differ in that, for each set of axes along which the own cell is enough) the
+/// cells to look into, relative to the own one, each with the first of some octants one after the other
 /// that are wanted of it, and their number times 8: the searches' own rules, asked in the middle of an endless grid.
 fn visits(grid: &Grid) -> (Vec<[i32; 4]>, Vec<u32>) {
     const MIDDLE: i64 = 1 << 40;
     let endless = grid.axes.map(|axis| Axis { cells: 2 * MIDDLE, periodic: false, ..axis });
     let (mut all, mut starts) = (Vec::new(), vec![0]);
-    for octant in 0..OCTANTS as u8 {
+    let parts = if grid.midplane { OCTANTS as u8 } else { 1 };
+    for (octant, middle) in (0..OCTANTS as u8).flat_map(|octant| (0..parts).map(move |middle| (octant, middle))) {
         let half = |axis: usize| octant >> axis & 1;
-        endless[2].visits(MIDDLE, half(2), |z| {
-            endless[1].visits(MIDDLE, half(1), |y| {
-                endless[0].visits(MIDDLE, half(0), |x| {
+        let own = |axis: usize| middle >> axis & 1 != 0;
+        endless[2].visits(MIDDLE, half(2), own(2), |z| {
+            endless[1].visits(MIDDLE, half(1), own(1), |y| {
+                endless[0].visits(MIDDLE, half(0), own(0), |x| {
                     let wanted = |o: u8| x.halves >> (o & 1) & y.halves >> (o >> 1 & 1) & z.halves >> (o >> 2) & 1;
                     let [dx, dy, dz] = [x, y, z].map(|v| (v.cell - MIDDLE) as i32);
                     let mut first = 0;

@@ -26,6 +26,8 @@ pub struct Shape {
     /// Cells far apart share a place in the table.
     pub folded: bool,
     pub compact: bool,
+    /// Particles of an octant differ in the cells they look into.
+    pub midplane: bool,
     /// Neighbor cutoffs differ between pairs of types.
     pub cutoffs: bool,
     pub rebuilds: bool,
@@ -65,7 +67,8 @@ impl Shape {
             wide_entries: false,
             scaled: false,
             folded: false,
-            compact: program.search == Search::Trimmed,
+            compact: program.search.is_compact(),
+            midplane: program.search.search() == Search::Midplane,
             cutoffs: false,
             rebuilds: !policy.once,
             check: policy.check && !policy.once,

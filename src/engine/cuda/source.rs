@@ -6,7 +6,7 @@ use super::shape::Shape;
 use crate::dynamics::{Fix, FixStyle, FixVisitor, Given, INWARD, Motion, Phase, Step, with_fix};
 use crate::engine::Program;
 use crate::neighbor::OCTANTS;
-use crate::neighbor::axis::{in_cells, locate};
+use crate::neighbor::axis::{in_cells, locate, middle};
 use crate::neighbor::search::{CELL_BITS, PART_BITS, SPREAD, row_major};
 use crate::neighbor::ties::{TieBox, hold, is_tied, tied_squared_distance};
 use crate::pair::truncation::{Cut, Shifted, Truncation};
@@ -138,6 +138,7 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("SCALED", shape.scaled),
         ("FOLDED", shape.folded),
         ("COMPACT", shape.compact),
+        ("MIDPLANE", shape.midplane),
         ("CUTOFFS", shape.cutoffs),
         ("REBUILDS", shape.rebuilds),
         ("CHECK", shape.check),
@@ -272,6 +273,12 @@ fn rules(shape: &Shape) -> String {
         "double x, double lo, double inverse_edge, double last, double* place, double* cell, double* eighth";
     let mut text = rule("void locate", arguments, &tape, &[("*place", place), ("*cell", cell), ("*eighth", eighth)]);
     text += &format!("__constant__ const u32 SPREAD[8] = {{{}}};\n", SPREAD.map(|bits| bits.to_string()).join(", "));
+    if shape.midplane {
+        let tape = Recording::start();
+        let [place, cell, border] = ["place", "cell", "border"].map(|name| tape.input(name));
+        let arguments = "double place, double cell, double border, double* middle";
+        text += &rule("void is_middle", arguments, &tape, &[("*middle", middle(place, cell, border))]);
+    }
     let tape = Recording::start();
     let number = row_major(three(&tape, "cell"), three(&tape, "cells"));
     text += &rule(
