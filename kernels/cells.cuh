@@ -17,7 +17,7 @@ __device__ __forceinline__ bool key_of(const Scene& s, const Point& p, u32 cell[
         // Beyond the last cell of a free axis a particle belongs to it, but fixed-point coordinates reach one cell further only.
         inside &= place >= -1.0 && place <= s.last_cell[axis] + 2.0;
     }
-    *octant = bits >> PART_BITS;
+    *octant = bits >> PART_BITS & DIVIDED;
 #ifdef COMPACT
     *part = bits & ((1u << PART_BITS) - 1);
 #else

@@ -203,6 +203,14 @@ fn what_a_scene_lacks_is_not_in_its_kernels() {
         assert!(walls.contains("x[0] =") && !walls.contains("x[1] =") && walls.contains("v[2] ="), "{walls}");
         assert_eq!(walls.contains("origin[2]"), precision == Precision::Single, "{walls}");
     }
+    // Cells are divided where the halves look into different ones, and more finely where octants are.
+    for search in Search::ALL {
+        let text = source(&program(&[2.5], 0.3, search), &melt(10), Precision::Mixed);
+        let octants = matches!(search, Search::Trimmed | Search::Octant | Search::Midplane);
+        assert!(text.contains(if octants { "#define DIVIDED 7\n" } else { "#define DIVIDED 0\n" }), "{search:?}");
+        assert_eq!(text.contains("void is_middle"), search == Search::Midplane, "{search:?}");
+        assert_eq!(text.contains("#define MIDPLANE\n"), search == Search::Midplane, "{search:?}");
+    }
     let free = source(&plain, &gas(500, 20.0, Side::Fixed), Precision::Double);
     assert!(free.contains("#define PERIODIC 0\n") && !free.contains("void tied_squared_distance"));
     let mut other = plain.clone();

@@ -7,7 +7,7 @@
 use std::fmt;
 use std::ops::{Add, Mul};
 
-use super::axis::{Axis, AxisRequest, Visit};
+use super::axis::{Axis, AxisRequest, Reach, Visit};
 use super::cells::{Cells, OCTANTS};
 use super::plan::{Search, SearchPlan};
 use crate::system::{SimulationBox, Vec3};
@@ -75,7 +75,14 @@ impl Grid {
             _ => 0,
         };
         let cell = places.map(|(cell, _)| cell as i64);
-        Key { octant: self.hash(cell) * OCTANTS as u64 + u64::from(bits >> PART_BITS), part }
+        let octant = bits >> PART_BITS & self.octants();
+        Key { octant: self.hash(cell) * OCTANTS as u64 + u64::from(octant), part }
+    }
+
+    /// Bits of the axes whose cells are divided into halves: where both halves look into the same cells, they stay together.
+    pub fn octants(&self) -> u32 {
+        let divides = |axis: usize| self.compact || matches!(self.axes[axis].reach, Reach::Octant { .. });
+        (0..3).map(|axis| u32::from(divides(axis)) << axis).sum()
     }
 
     /// Equation 1 of Morillo et al.: `z ny nx + y nx + x`.
@@ -90,8 +97,8 @@ impl Grid {
         [(hash % nx) as i64, (hash / nx % ny) as i64, (hash / nx / ny) as i64]
     }
 
-    /// Adds the runs that can hold neighbors of the particles in `octant` of `cell`, in order of z, y, x; an octant each. `middle`
-    /// has the bits of the axes along which their own cell is enough.
+    /// Adds the runs that can hold neighbors of the particles in `octant` of `cell`, in order of z, y, x; an octant each where the
+    /// grid is compact, elsewhere what lies end to end in one. `middle` has the bits of the axes along which their own cell is enough.
     pub fn runs(&self, cells: &Cells, cell: [i64; 3], octant: u8, middle: u8, runs: &mut Vec<Run>) {
         let half = |axis: usize| octant >> axis & 1;
         let own = |axis: usize| middle >> axis & 1 != 0;
@@ -99,7 +106,7 @@ impl Grid {
             self.axes[1].visits(cell[1], half(1), own(1), |y| {
                 self.axes[0].visits(cell[0], half(0), own(0), |x| {
                     if let Some(k) = cells.find(self.hash([x.cell, y.cell, z.cell])) {
-                        octant_runs(cells, k, x, y, z, runs);
+                        octant_runs(cells, k, [x, y, z], !self.compact, runs);
                     }
                 });
             });
@@ -138,14 +145,18 @@ impl fmt::Display for Grid {
     }
 }
 
-/// Adds the wanted octants of occupied cell `k`.
-fn octant_runs(cells: &Cells, k: usize, x: Visit, y: Visit, z: Visit, runs: &mut Vec<Run>) {
+/// Adds the wanted octants of occupied cell `k`, to the last run where they follow it and are to be joined.
+fn octant_runs(cells: &Cells, k: usize, [x, y, z]: [Visit; 3], join: bool, runs: &mut Vec<Run>) {
     let image = [x.image, y.image, z.image];
     for octant in 0..OCTANTS {
         let wanted = x.halves >> (octant & 1) & y.halves >> (octant >> 1 & 1) & z.halves >> (octant >> 2) & 1;
         let (start, end) = cells.octant(k, octant);
-        if wanted != 0 && start != end {
-            runs.push(Run { start, end, image });
+        if wanted == 0 || start == end {
+            continue;
+        }
+        match runs.last_mut() {
+            Some(last) if join && last.end == start && last.image == image => last.end = end,
+            _ => runs.push(Run { start, end, image }),
         }
     }
 }

@@ -74,6 +74,7 @@ impl Plan {
         let lengths = simulation_box.lengths();
         let mut shape = Shape::new(program, simulation_box, precision);
         shape.double_pairs |= given.double_pairs;
+        shape.octants = grid.octants();
         for (axis, most) in shape.most_images.iter_mut().enumerate() {
             *most = images_of(&grid.axes[axis]);
         }

@@ -2,7 +2,7 @@
 
 use crate::dynamics::{Fix, Phase};
 use crate::engine::{Precision, Program};
-use crate::neighbor::Search;
+use crate::neighbor::{OCTANTS, Search};
 use crate::system::{GROUP_ALL, SimulationBox};
 
 /// Everything that decides the text of the kernels.
@@ -28,6 +28,8 @@ pub struct Shape {
     pub compact: bool,
     /// Particles of an octant differ in the cells they look into.
     pub midplane: bool,
+    /// Bits of the axes whose cells are divided into halves.
+    pub octants: u32,
     /// Neighbor cutoffs differ between pairs of types.
     pub cutoffs: bool,
     pub rebuilds: bool,
@@ -69,6 +71,7 @@ impl Shape {
             folded: false,
             compact: program.search.is_compact(),
             midplane: program.search.search() == Search::Midplane,
+            octants: OCTANTS as u32 - 1,
             cutoffs: false,
             rebuilds: !policy.once,
             check: policy.check && !policy.once,

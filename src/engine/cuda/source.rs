@@ -125,6 +125,7 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("INDEX_BITS", shape.index_bits as usize),
         ("LANES", shape.lanes as usize),
         ("OCTANTS", OCTANTS),
+        ("DIVIDED", shape.octants as usize),
         ("PART_BITS", PART_BITS as usize),
         ("CELL_BITS", CELL_BITS as usize),
         ("GROUP", shape.group as usize),
