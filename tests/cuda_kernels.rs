@@ -210,6 +210,9 @@ fn what_a_scene_lacks_is_not_in_its_kernels() {
         assert!(text.contains(if octants { "#define DIVIDED 7\n" } else { "#define DIVIDED 0\n" }), "{search:?}");
         assert_eq!(text.contains("void is_middle"), search == Search::Midplane, "{search:?}");
         assert_eq!(text.contains("#define MIDPLANE\n"), search == Search::Midplane, "{search:?}");
+        // 4000 atoms in one cell are 125 groups of 32 or more, smaller ones.
+        let slices: u32 = text.split("#define SLICES ").nth(1).and_then(|t| t.lines().next()).unwrap().parse().unwrap();
+        assert_eq!(slices >= 64, search == Search::Brute, "{search:?}: {slices}");
     }
     let free = source(&plain, &gas(500, 20.0, Side::Fixed), Precision::Double);
     assert!(free.contains("#define PERIODIC 0\n") && !free.contains("void tied_squared_distance"));

@@ -122,3 +122,13 @@ fn both_forces_run_with_both_integrators() {
         }
     }
 }
+
+#[test]
+fn a_force_or_integrator_that_is_none_is_refused() {
+    let refused = |name: &str| {
+        let settings = Settings { variables: vec![(name.into(), "sprung".into())], ..Settings::default() };
+        first_run("paper.in", &script(1000), &settings).err().expect("there is none of that name").to_string()
+    };
+    assert!(refused("force").contains("there is no pair_style"), "{}", refused("force"));
+    assert!(refused("integrator").contains("fix style 'sprung' is not part of octant"), "{}", refused("integrator"));
+}

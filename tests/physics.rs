@@ -241,6 +241,8 @@ fn threads_do_not_change_a_bit_and_searches_none_but_the_order_of_sums() {
         for threads in [2, 3, 5] {
             assert!(run(threads, Search::Trimmed) == reference, "{name}: {threads} threads give other bits");
         }
+        let midplane = run(1, Search::Midplane);
+        assert!(run(3, Search::Midplane) == midplane, "{name}: 3 threads give other bits");
         for search in Search::ALL.into_iter().filter(|search| *search != Search::Trimmed) {
             let ((other, _), _) = run(1, search);
             for (a, b) in other.x.iter().zip(&reference.0.0.x) {

@@ -16,6 +16,9 @@ use crate::system::{SimulationBox, Vec3};
 /// Most of LAMMPS's bins a particle that storage order is sorted by.
 const BINS_PER_PARTICLE: f64 = 16.0;
 
+/// Most warps that share an octant in the list build.
+const MOST_SLICES: u64 = 1024;
+
 /// What is done otherwise than the table of choices and the size of the scene suggest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tuning {
@@ -114,6 +117,11 @@ impl Plan {
             choices;
         let cells = table.iter().map(|t| u64::from(*t)).product::<u64>();
         let buckets = cells * OCTANTS as u64;
+        if tuning.choices.is_none() {
+            // Where octants hold many groups (those of large cells; one cell is all that brute force has), as many warps share one.
+            let groups = n as u64 / (cells << shape.octants.count_ones()) / u64::from(shape.group);
+            shape.slices = shape.slices.max(1 << groups.clamp(1, MOST_SLICES).ilog2());
+        }
         let storage = storage_bins(given, radius);
         shape.storage_sort &= storage.is_some();
         let storage_bins = storage.unwrap_or([1; 3]);
