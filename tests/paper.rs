@@ -127,7 +127,10 @@ fn both_forces_run_with_both_integrators() {
 fn a_force_or_integrator_that_is_none_is_refused() {
     let refused = |name: &str| {
         let settings = Settings { variables: vec![(name.into(), "sprung".into())], ..Settings::default() };
-        first_run("paper.in", &script(1000), &settings).err().expect("there is none of that name").to_string()
+        match first_run("paper.in", &script(1000), &settings) {
+            Ok(_) => panic!("there is no {name} of that name"),
+            Err(error) => error.to_string(),
+        }
     };
     assert!(refused("force").contains("there is no pair_style"), "{}", refused("force"));
     assert!(refused("integrator").contains("fix style 'sprung' is not part of octant"), "{}", refused("integrator"));

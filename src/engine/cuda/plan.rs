@@ -300,3 +300,56 @@ fn storage_bins(given: &Given<'_>, radius: f64) -> Option<[u32; 3]> {
     let wanted = sort.every > 0 && bin > 0.0 && all > 1.0 && all <= BINS_PER_PARTICLE * given.n as f64 + 4096.0;
     wanted.then(|| [bins.x as u32, bins.y as u32, bins.z as u32])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::neighbor::SearchPlan;
+    use crate::system::{RanPark, Side};
+
+    /// Whether the table has particles of an octant (and axes along which their own cell is enough) look into an octant of the
+    /// cell `away`.
+    fn looks(grid: &Grid, table: &(Vec<[i32; 4]>, Vec<u32>), own: (u64, u8), away: [i32; 3], octant: u64) -> bool {
+        let parts = if grid.midplane { OCTANTS } else { 1 };
+        let place = own.0 as usize * parts + if grid.midplane { usize::from(own.1) } else { 0 };
+        let visits = &table.0[table.1[place] as usize..table.1[place + 1] as usize];
+        visits.iter().any(|visit| {
+            let (first, count) = (visit[3] % OCTANTS as i32, visit[3] / OCTANTS as i32);
+            visit[..3] == away && (first..first + count).contains(&(octant as i32))
+        })
+    }
+
+    #[test]
+    fn the_table_of_visits_misses_no_neighbor() {
+        let space = SimulationBox::new(Vec3::zeros(), Vec3::repeat(20.5), [[Side::Periodic; 2]; 3]);
+        let mut random = RanPark::new(17);
+        for name in
+            ["trimmed", "octant", "octant:2.52", "midplane:2", "midplane", "midplane:4", "standard:0.5", "standard"]
+        {
+            let plan: SearchPlan = name.parse().unwrap();
+            let grid = Grid::new(plan, &space, &space.lo, &space.hi, 1.0);
+            let table = visits(&grid);
+            let place = |x: &Vec3| {
+                let key = grid.key(x);
+                (grid.unhash(key.octant / OCTANTS as u64), key.octant % OCTANTS as u64, key.part)
+            };
+            let mut spared = 0;
+            for _ in 0..20_000 {
+                let x = Vec3::from_fn(|_, _| 20.5 * random.uniform());
+                let y = x + Vec3::from_fn(|_, _| 2.0 * random.uniform() - 1.0);
+                if (y - x).norm() > 1.0 || space.outside(&y).is_some() {
+                    continue;
+                }
+                let ((own, octant, part), (other, wanted, _)) = (place(&x), place(&y));
+                let away = [0, 1, 2].map(|axis| (other[axis] - own[axis]) as i32);
+                assert!(looks(&grid, &table, (octant, part), away, wanted), "{name}: {x} {y}");
+                // A group looks into what any of its particles needs: the axes that all of them may leave out.
+                if grid.midplane {
+                    spared += u32::from(part != 0);
+                    assert!((0..8).all(|others| looks(&grid, &table, (octant, part & others), away, wanted)), "{name}");
+                }
+            }
+            assert!(spared > 1000 || !grid.midplane || plan.edge() == 2.0, "{name}: {spared}");
+        }
+    }
+}
