@@ -182,10 +182,13 @@ template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_force
         if (lane == 0) {
             store force[3];
             bool broken = false;
+            for (u32 axis = 0; axis < 3; axis++) f[axis] *= force_unit;
+#ifdef FORCES
+            add_forces(a, s, r, i, f);
+#endif
             for (u32 axis = 0; axis < 3; axis++) {
-                const real whole = f[axis] * force_unit;
-                broken |= !isfinite(whole);
-                force[axis] = (store)whole;
+                broken |= !isfinite(f[axis]);
+                force[axis] = (store)f[axis];
             }
             if (!MOVES || broken)
                 for (u32 axis = 0; axis < 3; axis++) axis_of(a.f, s, axis)[i] = (real)force[axis];

@@ -103,6 +103,19 @@ __device__ __forceinline__ void displacement_of(const Arrays& a, const Scene& s,
     }
 }
 
+#ifdef FORCES
+// What fixes add to the force on a particle that pairs have given.
+__device__ __forceinline__ void add_forces(const Arrays& a, const Scene& s, const Run& r, u32 k, real f[3]) {
+    const real mass = (real)a.masses[kind_of(a, s, r, k)];
+#ifdef GROUPS
+    const u32 mask = side_of(a.held_mask, s, r.parity, 1)[k];
+#else
+    const u32 mask = 0;
+#endif
+    fixes_force(f, mass, mask, s);
+}
+#endif
+
 // One particle under force f: with LAST the second half of a step, with INITIAL the first half of a step and what it has come
 // to, as bits of MARK_. Reads and writes x, v; writes slots. With KINETIC_TOO its velocity between the two is added to kinetic
 // sums; with PRUNED the inner list is of where it is before.
@@ -139,7 +152,13 @@ __device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, co
             for (u32 axis = 0; axis < 3; axis++) then[axis] = axis_of(a.pruned, s, axis)[k];
         }
 #endif
-        fixes_initial(x, v, f, pace.dt, half_kick, mask, s);
+#ifdef COORDINATES
+        double origin[3];
+        for (u32 axis = 0; axis < 3; axis++) origin[axis] = axis_of(side_of(a.held_x, s, r.parity, 3), s, axis)[k];
+#else
+        const double* origin = nullptr;
+#endif
+        fixes_initial(x, v, f, pace.dt, half_kick, mask, origin, s);
 #if defined(CHECK) || defined(FIXED) || defined(INNER)
         store d[3];
         displacement_of(a, s, r, k, x, d);

@@ -72,9 +72,9 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
         }
         __syncwarp();
     }
-    const u32 octant = bucket % OCTANTS, last = a.visit_starts[octant + 1];
+    const u32 visits = visits_of(a, s, r, bucket % OCTANTS, first_i + (lane < m ? lane : 0)), last = a.visit_starts[visits + 1];
     u32 staged = 0, tested = 0, own = 1u << 31;
-    for (u32 first = a.visit_starts[octant]; first < last; first += 32) {
+    for (u32 first = a.visit_starts[visits]; first < last; first += 32) {
         // A run a lane: where it begins, how long it is, and what its particles are to be shifted by.
         u32 begin = 0, length = 0;
 #ifdef IMAGES

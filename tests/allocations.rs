@@ -6,8 +6,10 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use common::{arc, cpu_variants, melt, program};
+use octant::dynamics::Fix;
 use octant::engine::Needs;
 use octant::neighbor::Search;
+use octant::system::GROUP_ALL;
 
 /// The system's allocator, counting.
 struct Counting;
@@ -36,9 +38,14 @@ static ALLOCATOR: Counting = Counting;
 fn steps_ask_for_no_memory() {
     let (state, space) = melt(8);
     let (steps, stop) = (200, AtomicBool::new(false));
-    for variant in cpu_variants() {
+    let plain = program(&[2.5], 0.3, Search::Trimmed);
+    let mut walled = program(&[2.5], 0.3, Search::Midplane);
+    let fix = |style, choice, parameters| Fix { style, group: GROUP_ALL, choice, parameters, ..Fix::default() };
+    walled.fixes.push(fix("gravity", 0, vec![0.0, 0.0, -0.1]));
+    walled.fixes.push(fix("wall/reflect", 0b110000, [space.lo, space.hi].map(|side| side.z).repeat(3)));
+    for (variant, program) in cpu_variants().iter().flat_map(|variant| [(variant, &plain), (variant, &walled)]) {
         let mut backend = variant.backend(2);
-        backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &space, 0).unwrap();
+        backend.load(arc(program.clone()), &state, &space, 0).unwrap();
         backend.set_up(Needs::default()).unwrap();
         backend.advance(600, Needs::default(), &stop).unwrap();
         let (builds, calls) = (backend.statistics().builds, CALLS.load(Ordering::Relaxed));

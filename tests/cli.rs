@@ -27,6 +27,9 @@ fn a_wrong_command_line_ends_with_2() {
         "run a.in --threads 0",
         "run a.in --threads many",
         "run a.in --search quick",
+        "run a.in --search octant:1.9",
+        "neighbors a.in --search standard:0",
+        "run a.in --search brute:2",
         "run a.in --precision half",
         "run a.in --backend tpu",
         "run a.in -v novalue",
@@ -41,6 +44,11 @@ fn a_wrong_command_line_ends_with_2() {
         let said = folder.fails(2, args);
         assert!(said.to_lowercase().contains("usage") || said.contains("For more information"), "{args}: {said}");
     }
+    let said = folder.fails(2, "neighbors a.in --search octant:1.9");
+    assert!(
+        said.contains("cells of the search 'octant' have an edge of at least 2 neighbor cutoffs, got 1.9: particles"),
+        "{said}"
+    );
     assert_eq!(folder.files().len(), 1, "a wrong command line wrote a file");
     assert_eq!(folder.octant("--version").assert().code(0).get_output().stderr.len(), 0);
 }
@@ -84,11 +92,11 @@ fn engines_and_threads_give_the_same_table() {
         let expected = rows(&folder.says(&format!("run a.in --backend cpu --threads 1 --precision {precision}")));
         assert_eq!(expected.iter().map(|r| r[0]).collect::<Vec<_>>(), [0.0, 10.0, 20.0, 20.0, 30.0, 40.0]);
         let dump = folder.read("melt.dump");
-        for options in
-            ["--threads 1", "--threads 3", "--search octant", "--search standard", "--search brute", "--search trimmed"]
-        {
+        let searches = ["octant", "standard:0.5", "brute", "trimmed", "trimmed:2.3", "midplane"];
+        let searches = searches.map(|search| format!("--search {search}"));
+        for options in ["--threads 1", "--threads 3"].into_iter().chain(searches.iter().map(String::as_str)) {
             let said = folder.says(&format!("run a.in --backend cpu {options} --precision {precision}"));
-            let same_order = !options.contains("--search") || options.contains("trimmed");
+            let same_order = !options.contains("--search") || options.ends_with("trimmed");
             if same_order {
                 assert_eq!(rows(&said), expected, "{options} {precision}");
                 assert_eq!(folder.read("melt.dump"), dump, "{options} {precision}");
@@ -233,7 +241,7 @@ fn variables_of_the_command_line_win() {
 fn neighbors_are_counted_atom_by_atom() {
     let folder = Folder::new("neighbors");
     folder.write("a.in", &melt("run 10"));
-    for search in ["trimmed", "octant", "standard", "brute"] {
+    for search in ["trimmed", "octant", "standard", "brute", "octant:2.52", "midplane", "midplane:4", "standard:0.5"] {
         let said = folder.says(&format!("neighbors a.in --search {search} --cutoff 1.2 --counts counts"));
         // The twelve nearest neighbors of the fcc lattice.
         assert!(said.contains("pairs         1536\n"), "{said}");
@@ -254,7 +262,7 @@ fn neighbors_are_counted_atom_by_atom() {
 #[test]
 fn info_lists_what_there_is() {
     let said = Folder::new("info").says("info");
-    for word in [env!("CARGO_PKG_VERSION"), "cpu", "trimmed, octant, standard, brute", "lj/cut", "nve"] {
+    for word in [env!("CARGO_PKG_VERSION"), "cpu", "trimmed, octant, midplane, standard, brute", "lj/cut", "nve"] {
         assert!(said.contains(word), "{word} is missing in\n{said}");
     }
     assert_eq!(said.contains("NetCDF"), cfg!(feature = "chemfiles"));

@@ -12,12 +12,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use common::{melt, program, program_of_style};
 use kernels::{gas, is_there};
 
+use octant::dynamics::Fix;
 use octant::engine::cuda::inspect::{Unit, inspect, recording_unit_of, units_of};
 use octant::engine::cuda::ptx::{double_instructions, moves, pair_loops};
 use octant::engine::{Precision, Program, StorageSort};
 use octant::neighbor::Search;
 use octant::session::{Settings, first_run};
-use octant::system::{Side, SimulationBox, State};
+use octant::system::{GROUP_ALL, Side, SimulationBox, State};
 
 const ARCHITECTURES: [&str; 4] = ["sm_75", "sm_80", "sm_90", "sm_120"];
 
@@ -53,6 +54,15 @@ fn scenes() -> Vec<Scene> {
     sorted.fixes[0].group = 4;
     sorted.policy.check = false;
     add("storage sort, group".into(), sorted, gas(5000, 30.0, Side::Periodic));
+    // Walls and gravity for all, and for a group of a scene with two masses.
+    for (group, types) in [(GROUP_ALL, 1), (4, 2)] {
+        let mut walled = program(&[2.5, 2.0][..types], 0.3, Search::Trimmed);
+        let fix = |style, choice, parameters| Fix { style, group, choice, parameters, ..Fix::default() };
+        walled.fixes[0].style = ["nve", "nve/euler2"][types - 1];
+        walled.fixes.push(fix("wall/reflect", 0b101101, vec![0.0; 6]));
+        walled.fixes.push(fix("gravity", 0, vec![0.0, 0.5, -1.0]));
+        add(format!("walls, gravity, {types} types"), walled, gas(500, 20.0, Side::Fixed));
+    }
     all
 }
 
@@ -171,6 +181,8 @@ fn what_a_scene_lacks_is_not_in_its_kernels() {
         "* fixed_shifts;",
         "#define GROUPS",
         "#define IMAGES",
+        "#define FORCES",
+        "#define COORDINATES",
     ] {
         assert!(!text.contains(absent), "{absent}");
     }
@@ -180,6 +192,30 @@ fn what_a_scene_lacks_is_not_in_its_kernels() {
     // One step of velocity Verlet: three kicks and three drifts, and no drift in the second half.
     let last = text.split("void fixes_last").nth(1).and_then(|t| t.split("\n}\n").next()).unwrap();
     assert!(last.contains("v[0] =") && !last.contains("x[0] ="), "{last}");
+    // Two walls are two reflections; where positions are displacements, they are looked at from the last build.
+    let mut walled = plain.clone();
+    let walls = Fix { style: "wall/reflect", group: GROUP_ALL, choice: 0b100001, ..Fix::default() };
+    walled.fixes.insert(0, Fix { parameters: vec![0.0; 6], ..walls });
+    for precision in Precision::ALL {
+        let text = source(&walled, &gas(500, 20.0, Side::Fixed), precision);
+        let initial = text.split("void fixes_initial").nth(1).and_then(|t| t.split("\n}\n").next()).unwrap();
+        let (motion, walls) = initial.split_once("// fix wall/reflect").expect("walls come after the motion");
+        assert!(motion.contains("// fix nve") && !walls.contains("// fix nve"), "{initial}");
+        assert_eq!((walls.matches(" < ").count(), walls.matches("fix_parameters").count() > 0), (2, true), "{walls}");
+        assert!(walls.contains("x[0] =") && !walls.contains("x[1] =") && walls.contains("v[2] ="), "{walls}");
+        assert_eq!(walls.contains("origin[2]"), precision == Precision::Single, "{walls}");
+    }
+    // Cells are divided where the halves look into different ones, and more finely where octants are.
+    for search in Search::ALL {
+        let text = source(&program(&[2.5], 0.3, search), &melt(10), Precision::Mixed);
+        let octants = matches!(search, Search::Trimmed | Search::Octant | Search::Midplane);
+        assert!(text.contains(if octants { "#define DIVIDED 7\n" } else { "#define DIVIDED 0\n" }), "{search:?}");
+        assert_eq!(text.contains("void is_middle"), search == Search::Midplane, "{search:?}");
+        assert_eq!(text.contains("#define MIDPLANE\n"), search == Search::Midplane, "{search:?}");
+        // 4000 atoms in one cell are 125 groups of 32 or more, smaller ones.
+        let slices: u32 = text.split("#define SLICES ").nth(1).and_then(|t| t.lines().next()).unwrap().parse().unwrap();
+        assert_eq!(slices >= 64, search == Search::Brute, "{search:?}: {slices}");
+    }
     let free = source(&plain, &gas(500, 20.0, Side::Fixed), Precision::Double);
     assert!(free.contains("#define PERIODIC 0\n") && !free.contains("void tied_squared_distance"));
     let mut other = plain.clone();

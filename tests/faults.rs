@@ -125,3 +125,65 @@ fn a_formula_may_fail_on_the_way() {
     assert!(log.contains("division by zero"), "{log}");
     assert_eq!(folder.read("out.dump").matches("ITEM: TIMESTEP").count(), 2);
 }
+
+/// `count` atoms in a box of edge 10, at random in a sphere of some radius around its middle.
+fn crowd(count: u32, radius: f64) -> String {
+    format!(
+        "units lj\nboundary f f f\nregion box block 0 10 0 10 0 10\ncreate_box 1 box\nregion spot sphere 5 5 5 {radius}\n\
+         create_atoms 1 random {count} 4711 spot\nmass 1 1.0\npair_style harmonic/cut\npair_coeff 1 1 1.0 2.5\n\
+         neighbor 0.0 bin\nfix 1 all nve\nrun 10\n"
+    )
+}
+
+#[test]
+fn a_crowd_in_one_cell_is_counted_and_moved() {
+    let folder = Folder::new("crowd");
+    folder.write("a.in", &crowd(900, 1.0));
+    for search in ["trimmed", "octant:4", "midplane:2.52", "standard:0.5", "standard:4", "brute"] {
+        let said = folder.says(&format!("neighbors a.in --search {search}"));
+        assert!(said.contains("neighbors     mean 899.000000, least 899, most 899\n"), "{search}: {said}");
+        assert!(folder.says(&format!("run a.in --search {search}")).contains("Loop time of"));
+    }
+}
+
+#[test]
+fn atoms_in_one_point_are_counted_and_not_moved() {
+    let folder = Folder::new("point");
+    // Ids from 1: the middle of a box of one lattice point, over and over.
+    let create = "create_atoms 1 single 5 5 5\n".repeat(40);
+    let script = crowd(40, 1.0);
+    let (before, after) = script.split_once("create_atoms 1 random 40 4711 spot\n").unwrap();
+    folder.write("a.in", &format!("{before}{create}{after}"));
+    for search in ["trimmed", "octant", "midplane", "standard:0.5", "brute"] {
+        let said = folder.says(&format!("neighbors a.in --search {search}"));
+        assert!(said.contains("neighbors     mean 39.000000, least 39, most 39\n"), "{search}: {said}");
+        let said = folder.fails(1, &format!("run a.in --search {search}"));
+        let expected =
+            "step 0: non-finite force on atom 1 at (5, 5, 5); nearest is atom 2 at distance 0; 40 atoms are at fault";
+        assert!(said.contains(expected), "{search}: {said}");
+    }
+}
+
+#[test]
+fn a_crowd_whose_list_no_memory_holds_is_refused_at_once() {
+    let folder = Folder::new("refused");
+    folder.write("a.in", &crowd(3_000_000, 1e-3));
+    for command in ["run", "neighbors"] {
+        let said = folder.fails(1, &format!("{command} a.in"));
+        assert!(said.contains("does not fit in memory"), "{said}");
+    }
+}
+
+#[test]
+fn a_cutoff_beyond_the_box_reaches_all_and_no_atoms_are_an_error() {
+    let folder = Folder::new("beyond");
+    folder.write("a.in", &crowd(50, 4.9).replace("1.0 2.5", "1.0 40.0"));
+    for search in ["trimmed", "octant", "octant:4", "midplane", "standard:0.5", "brute"] {
+        let said = folder.says(&format!("neighbors a.in --search {search}"));
+        assert!(said.contains("neighbors     mean 49.000000, least 49, most 49\n"), "{search}: {said}");
+    }
+    folder.write("b.in", &crowd(50, 1.0).replace("create_atoms 1 random 50 4711 spot\n", ""));
+    for command in ["run", "neighbors"] {
+        assert!(folder.fails(1, &format!("{command} b.in")).contains("there are no atoms"));
+    }
+}

@@ -86,7 +86,7 @@ fn compared(text: &str) -> Vec<String> {
 fn ties_at_the_cutoff_are_decided_as_lammps_does() {
     let folder = Folder::new("ties");
     folder.write("a.in", TIES);
-    for search in ["trimmed", "octant", "standard", "brute"] {
+    for search in ["trimmed", "octant", "midplane", "standard", "standard:0.5", "brute"] {
         assert_eq!(
             compared(&folder.says(&format!("run a.in --precision double --search {search}")))[..2],
             *TIES_ROWS,

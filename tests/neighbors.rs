@@ -2,9 +2,9 @@
 
 mod common;
 
-use common::{Variant, arc, free_or_periodic, melt, program, variants};
+use common::{Noise, Variant, arc, free_or_periodic, melt, program, variants};
 use octant::engine::{Needs, Precision};
-use octant::neighbor::Search;
+use octant::neighbor::{Search, SearchPlan};
 use octant::system::{SimulationBox, State, Vec3};
 use proptest::prelude::*;
 
@@ -49,7 +49,7 @@ fn oracle(state: &State, simulation_box: &SimulationBox, radius: impl Fn(u32, u3
 
 fn searched(
     variant: &Variant,
-    search: Search,
+    search: impl Into<SearchPlan>,
     cutoffs: &[f64],
     state: &State,
     simulation_box: &SimulationBox,
@@ -61,6 +61,15 @@ fn searched(
     let mut listed = State::default();
     backend.fetch(&mut listed).unwrap();
     (backend.pairs().unwrap(), backend.neighbor_counts().unwrap(), listed)
+}
+
+/// Every search with cells of its usual edge, and some with others, in neighbor cutoffs.
+fn plans(octant: f64, standard: f64) -> Vec<SearchPlan> {
+    let octants = [Search::Trimmed, Search::Octant, Search::Midplane];
+    let wide = octants.into_iter().map(|search| search.with_edge(octant));
+    let others = [Search::Midplane.with_edge(2.0), Search::Standard.with_edge(standard)];
+    let special = wide.chain(others).map(|plan| plan.unwrap());
+    Search::ALL.into_iter().map(Search::plan).chain(special).collect()
 }
 
 /// A number of box heights that puts particles on faces, edges, corners and mid-planes often.
@@ -77,6 +86,8 @@ proptest! {
         periodic in prop::array::uniform3(any::<bool>()),
         points in prop::collection::vec((prop::array::uniform3(coordinate()), 1u32..=2), 0..60),
         squeeze in prop_oneof![3 => Just(1.0), 1 => Just(1e-3)],
+        octant in prop_oneof![Just(2.52), Just(4.0), 2.0..6.0f64],
+        standard in prop::sample::select(vec![0.5, 0.77, 2.0, 2.52, 4.0]),
         variant in prop::sample::select(variants()),
     ) {
         let simulation_box = free_or_periodic(lo, edges, periodic);
@@ -95,19 +106,19 @@ proptest! {
             prop_assert!(reference.binary_search(&(*j, *i, image.map(|k| -k))).is_ok(), "{} {} one way only", i, j);
         }
         let (mut expected, mut ties) = oracle(&listed, &simulation_box, radius);
-        for search in Search::ALL {
+        for search in plans(octant, standard) {
             let (pairs, counts, listed) = searched(&variant, search, &cutoffs, &state, &simulation_box);
             if variant.precision == Precision::Single {
                 // Positions are rounded to what cells can tell, and cells depend on the search.
                 (expected, ties) = oracle(&listed, &simulation_box, radius);
             } else {
-                prop_assert_eq!(&pairs, &reference, "{} {}", variant.name, search.name());
+                prop_assert_eq!(&pairs, &reference, "{} {}", variant.name, search);
             }
             for (k, id) in state.id.iter().enumerate() {
                 prop_assert_eq!(counts[k] as usize, pairs.iter().filter(|p| p.0 == *id).count());
             }
             let clear: Pairs = pairs.into_iter().filter(|p| !ties.contains(p)).collect();
-            prop_assert_eq!(&clear, &expected, "{} {}", variant.name, search.name());
+            prop_assert_eq!(&clear, &expected, "{} {}", variant.name, search);
         }
     }
 }
@@ -119,9 +130,9 @@ fn a_distance_of_exactly_r_counts_across_a_side_too() {
     let mut state = State::default();
     state.push(1, 1, Vec3::new(0.3, 1.0, 1.0));
     for variant in variants() {
-        for search in Search::ALL {
+        for search in plans(2.52, 0.5) {
             let (pairs, ..) = searched(&variant, search, &[2.5], &state, &simulation_box);
-            assert_eq!(pairs, vec![(1, 1, [-1, 0, 0]), (1, 1, [1, 0, 0])], "{} {}", variant.name, search.name());
+            assert_eq!(pairs, vec![(1, 1, [-1, 0, 0]), (1, 1, [1, 0, 0])], "{} {search}", variant.name);
         }
     }
 }
@@ -159,6 +170,118 @@ fn rows_that_are_wanted_are_those_of_the_whole_list() {
             let some: Pairs = all.iter().copied().filter(|p| wanted(p.0)).collect();
             assert!(!some.is_empty() && some.len() < all.len());
             assert_eq!(backend.pairs_where(&wanted).unwrap(), some, "{}", variant.name);
+        }
+    }
+}
+
+/// Random points in a cube of `edge`, corner at the origin, all of one type.
+fn points(count: u32, edge: f64) -> State {
+    let mut noise = Noise(5);
+    let mut state = State::default();
+    for k in 0..count {
+        state.push(k + 1, 1, 0.5 * edge * (Vec3::repeat(1.0) + noise.vector()));
+    }
+    state
+}
+
+#[test]
+fn crowded_cells_are_searched_by_every_edge_alike() {
+    // Fifty particles a cell and more: groups and units of all sizes, with and without periodic sides.
+    let state = points(1500, 10.0);
+    for periodic in [true, false] {
+        let space = free_or_periodic([0.0; 3], [10.0; 3], [periodic; 3]);
+        for variant in variants() {
+            let (expected, ..) = searched(&variant, Search::Brute, &[1.0], &state, &space);
+            for search in plans(3.3, 0.5).into_iter().chain(plans(2.52, 2.0)).chain(plans(4.0, 4.0)) {
+                let (pairs, ..) = searched(&variant, search, &[1.0], &state, &space);
+                // Single precision rounds positions to what cells can tell.
+                if variant.precision != Precision::Single {
+                    assert!(pairs == expected, "{} {search}", variant.name);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn searches_test_as_many_distances_as_their_cells_hold() {
+    // Far from sides: 64, 27, 125 cubes of edge R and so on, times particles in one.
+    let (radius, count) = (1.3, 20_000);
+    // Whole cells of any of these edges, with a hair's room for their margin.
+    let edge = 20.0 * radius * 1.0001;
+    let state = points(count, edge);
+    let space = free_or_periodic([0.0; 3], [edge; 3], [true; 3]);
+    let each = f64::from(count) / 20f64.powi(3);
+    for variant in variants().into_iter().filter(|variant| variant.precision == Precision::Mixed) {
+        let tests = |search: SearchPlan| {
+            let mut backend = variant.backend(2);
+            backend.load(arc(program(&[1.0], 0.3, search)), &state, &space, 0).unwrap();
+            let _ = backend.set_up(Needs::default());
+            backend.work().distance_tests_per_atom / each
+        };
+        let with = |search: Search, edge: f64| tests(search.with_edge(edge).unwrap());
+        for (search, edge, cubes) in [
+            (Search::Octant, 2.0, 64.0),
+            (Search::Octant, 4.0, 512.0),
+            (Search::Standard, 0.5, 125.0 / 8.0),
+            (Search::Standard, 1.0, 27.0),
+            (Search::Standard, 2.0, 216.0),
+            // On half of each axis the own cell alone: 4 (1/2 1 + 1/2 2) cubed.
+            (Search::Midplane, 4.0, 216.0),
+        ] {
+            let found = with(search, edge);
+            // Groups of particles share what any of them looks into.
+            let shared = if search == Search::Midplane && !variant.name.starts_with("cpu") { 1.5 } else { 1.05 };
+            assert!(found > 0.95 * cubes && found < shared * cubes, "{} {search:?} {edge}: {found}", variant.name);
+        }
+        assert!(with(Search::Midplane, 2.52) < 0.8 * with(Search::Octant, 2.52), "{}", variant.name);
+        assert!(tests(Search::Trimmed.plan()) < 27.0 * 1.05, "{}", variant.name);
+    }
+}
+
+#[test]
+fn a_box_smaller_than_r_shows_every_image() {
+    let state = points(20, 0.9);
+    for periodic in [[true; 3], [false; 3], [true, false, true]] {
+        let space = free_or_periodic([0.0; 3], [1.0, 0.9, 1.1], periodic);
+        for variant in variants() {
+            for search in plans(2.52, 0.5) {
+                let (pairs, _, listed) = searched(&variant, search, &[2.5], &state, &space);
+                let (expected, ties) = oracle(&listed, &space, |_, _| 2.8);
+                let clear: Pairs = pairs.into_iter().filter(|pair| !ties.contains(pair)).collect();
+                assert!(clear == expected, "{} {search}", variant.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn no_particle_has_no_neighbor_and_one_none() {
+    let space = free_or_periodic([0.0; 3], [9.0; 3], [false; 3]);
+    for variant in variants() {
+        for search in plans(2.52, 0.5) {
+            for count in [0, 1] {
+                let (pairs, counts, _) = searched(&variant, search, &[2.5], &points(count, 9.0), &space);
+                assert_eq!((pairs, counts), (vec![], vec![0; count as usize]), "{} {search}", variant.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn particles_in_one_point_or_one_cell_are_all_neighbors() {
+    let count = 700;
+    for (what, spread) in [("one point", 0.0), ("one cell", 0.5)] {
+        for periodic in [true, false] {
+            let space = free_or_periodic([0.0; 3], [60.0; 3], [periodic; 3]);
+            let mut state = points(count, spread);
+            state.x.iter_mut().for_each(|x| *x += Vec3::new(31.0, 29.9, 0.0));
+            for variant in variants() {
+                for search in plans(2.52, 0.5) {
+                    let (_, counts, _) = searched(&variant, search, &[2.5], &state, &space);
+                    assert!(counts.iter().all(|n| *n == count - 1), "{what}: {} {search}", variant.name);
+                }
+            }
         }
     }
 }

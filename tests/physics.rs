@@ -55,7 +55,7 @@ fn every_style_has_the_force_of_its_energy() {
         type Output = ();
         fn visit<S: PairStyle>(self) {
             let coefficients: Vec<f64> = (0..S::COEFFICIENTS.len()).map(|k| 1.3 - 0.2 * k as f64).collect();
-            let params = S::params(&coefficients, &vec![1.1; S::SETTINGS.len()]);
+            let params = S::params(&coefficients, &vec![1.1; S::SETTINGS.len()], 4.0);
             for k in 1..60 {
                 let r = 0.7 + 0.05 * k as f64;
                 let x = Dual::variable(r);
@@ -241,7 +241,9 @@ fn threads_do_not_change_a_bit_and_searches_none_but_the_order_of_sums() {
         for threads in [2, 3, 5] {
             assert!(run(threads, Search::Trimmed) == reference, "{name}: {threads} threads give other bits");
         }
-        for search in [Search::Octant, Search::Standard, Search::Brute] {
+        let midplane = run(1, Search::Midplane);
+        assert!(run(3, Search::Midplane) == midplane, "{name}: 3 threads give other bits");
+        for search in Search::ALL.into_iter().filter(|search| *search != Search::Trimmed) {
             let ((other, _), _) = run(1, search);
             for (a, b) in other.x.iter().zip(&reference.0.0.x) {
                 assert_relative_eq!(a, b, epsilon = variant.tolerance.trajectory);

@@ -11,7 +11,8 @@ SETUP = frozenset({"lattice", "region", "create_box", "create_atoms", "read_data
 
 #: Statements that write something.
 OUTPUT = frozenset(
-    {"dump", "dump_modify", "undump", "write_data", "thermo", "thermo_style", "thermo_modify", "log", "print"}
+    {"dump", "dump_modify", "undump", "write_data", "pair_write"}
+    | {"thermo", "thermo_style", "thermo_modify", "log", "print"}
 )
 
 

@@ -74,7 +74,7 @@ def test_searches_find_the_same_neighbors(name: str, tmp_path: Path) -> None:
     scene = next(scene for scene in SCENES if scene.name == name)
     counts = [
         count_neighbors(scene.path, {**scene.variables, **scene.quick, "out": str(tmp_path)}, search=search)
-        for search in ("trimmed", "octant", "standard", "brute")
+        for search in ("trimmed", "octant", "octant:2.52", "midplane", "midplane:4", "standard", "standard:0.5", "brute")
     ]
     assert all(np.array_equal(count, counts[0]) for count in counts[1:])
 

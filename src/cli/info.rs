@@ -36,15 +36,8 @@ pub fn info() -> Result<ExitCode, Error> {
     say!("searches      {}", Search::NAMES.join(", "));
     say!("pair styles");
     for style in crate::pair::styles() {
-        let coefficients: Vec<_> = style.coefficients.iter().map(|c| c.name).collect();
         say!("  {:<12}  {}", style.name, style.formula);
-        say!(
-            "  {:<12}  pair_style {} {}; pair_coeff I J {} [cutoff]",
-            "",
-            style.name,
-            style.usage(),
-            coefficients.join(" ")
-        );
+        say!("  {:<12}  {}", "", style.usage());
     }
     say!("fixes");
     for (name, syntax) in crate::dynamics::fixes() {

@@ -21,7 +21,7 @@ use miette::{GraphicalReportHandler, GraphicalTheme, ThemeCharacters, ThemeStyle
 
 use crate::Error;
 use crate::engine::Precision;
-use crate::neighbor::Search;
+use crate::neighbor::SearchPlan;
 use crate::script::InputError;
 use crate::session::{BackendChoice, Settings};
 
@@ -88,9 +88,10 @@ struct RunArgs {
     /// Arithmetic: all f32; f64 positions and f32 pairs; all f64.
     #[arg(long, value_enum, default_value_t)]
     precision: PrecisionArg,
-    /// Neighbor search; all give the same pairs.
-    #[arg(long, value_enum, default_value_t)]
-    search: SearchArg,
+    /// Neighbor search, NAME or NAME:EDGE with the edge of its cells in neighbor cutoffs; all give the same pairs. NAME: trimmed,
+    /// octant (edges of at least 2), midplane (octant, less cells that are out of reach), standard, brute.
+    #[arg(long, value_name = "NAME[:EDGE]", default_value_t, value_parser = search)]
+    search: SearchPlan,
     /// Log file.
     #[arg(long, value_name = "FILE", default_value = "log.octant")]
     log: PathBuf,
@@ -112,9 +113,10 @@ struct NeighborArgs {
     /// Engine that builds the list.
     #[arg(long, value_enum, default_value_t = BackendArg::Cpu)]
     backend: BackendArg,
-    /// Neighbor search; all give the same pairs.
-    #[arg(long, value_enum, default_value_t)]
-    search: SearchArg,
+    /// Neighbor search, NAME or NAME:EDGE with the edge of its cells in neighbor cutoffs; all give the same pairs. NAME: trimmed,
+    /// octant (edges of at least 2), midplane (octant, less cells that are out of reach), standard, brute.
+    #[arg(long, value_name = "NAME[:EDGE]", default_value_t, value_parser = search)]
+    search: SearchPlan,
     /// Count within this distance instead of each pair's cutoff plus skin.
     #[arg(long, value_name = "R", value_parser = radius)]
     cutoff: Option<f64>,
@@ -197,15 +199,6 @@ enum PrecisionArg {
     Double,
 }
 
-#[derive(Clone, Copy, Default, ValueEnum)]
-enum SearchArg {
-    #[default]
-    Trimmed,
-    Octant,
-    Standard,
-    Brute,
-}
-
 impl From<BackendArg> for BackendChoice {
     fn from(backend: BackendArg) -> Self {
         match backend {
@@ -216,10 +209,8 @@ impl From<BackendArg> for BackendChoice {
     }
 }
 
-impl From<SearchArg> for Search {
-    fn from(search: SearchArg) -> Self {
-        Search::ALL[search as usize]
-    }
+fn search(text: &str) -> Result<SearchPlan, String> {
+    text.parse()
 }
 
 fn variable(text: &str) -> Result<(String, String), String> {
@@ -265,7 +256,7 @@ impl RunArgs {
         let settings = Settings {
             variables: self.script.variables,
             precision: Precision::ALL[self.precision as usize],
-            search: self.search.into(),
+            search: self.search,
             log: Some(self.log),
             json: self.json,
             explain: self.explain,

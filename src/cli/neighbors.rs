@@ -13,14 +13,14 @@ pub fn neighbors(args: NeighborArgs) -> Result<ExitCode, Error> {
         variables: args.script.variables,
         backend: args.backend.into(),
         threads: args.threads.unwrap_or(0).into(),
-        search: args.search.into(),
+        search: args.search,
         ..Settings::default()
     };
     let found = session::neighbors(&args.script.script, &settings, args.cutoff)?;
     let counts = || found.counts.iter().map(|(_, n)| u64::from(*n));
     let total: u64 = counts().sum();
     let atoms = found.counts.len();
-    say!("search        {} ({})", settings.search.name(), found.grid);
+    say!("search        {} ({})", settings.search, found.grid);
     say!("cutoff        {}", found.radius);
     say!("atoms         {atoms}");
     say!("pairs         {}", total / 2);

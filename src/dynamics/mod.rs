@@ -3,13 +3,40 @@
 
 use crate::real::Real;
 use crate::script::{Args, Complaint};
+use crate::system::{SimulationBox, Vec3};
 
 include!(concat!(env!("OUT_DIR"), "/fixes.rs"));
+
+/// Numbers that a fix may have, and all fixes of a scene together: backends keep room for them.
+pub const MOST_PARAMETERS: usize = 8;
+pub const MOST_PARAMETERS_OF_ALL: usize = 32;
+
+/// Where positions are relative to a point and kept in f32, coordinates among a fix's parameters come this factor nearer to that
+/// point, which lies in the box: rounding then never leaves a particle beyond a wall.
+pub const INWARD: f64 = 1.0 - 1.0 / (1u64 << 23) as f64;
+
+/// When in a step a fix acts. In each phase all fixes act in the order of the script, before the next phase begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Before the force: velocities and positions (LAMMPS: initial_integrate).
+    Initial,
+    /// On the new positions, before lists and forces (LAMMPS: post_integrate).
+    Moved,
+    /// On the force, when the pairs have added theirs (LAMMPS: post_force).
+    Force,
+    /// After the force: velocities (LAMMPS: final_integrate).
+    Last,
+}
+
+impl Phase {
+    /// In the order of a step.
+    pub const ALL: [Phase; 4] = [Phase::Initial, Phase::Moved, Phase::Force, Phase::Last];
+}
 
 /// One particle as a rule sees it.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion<R> {
-    /// Position, length units.
+    /// Position, length units; maybe relative to a point of the backend's choice.
     pub x: [R; 3],
     /// Velocity, length / time units.
     pub v: [R; 3],
@@ -26,19 +53,59 @@ pub struct Step<R> {
     pub half_kick: R,
 }
 
-/// A fix: what it does to one particle before and after the force is computed.
+/// What the script said of a fix, as its rules see it.
+#[derive(Clone, Copy, Debug)]
+pub struct Given<'a, R> {
+    /// [`Fix::choice`]: the same for all particles.
+    pub choice: u32,
+    /// [`Fix::parameters`]; coordinates ([`FixStyle::coordinate`]) are relative to the same point as positions.
+    pub parameters: &'a [R],
+}
+
+/// What a fix may ask of the scene when it is defined.
+#[derive(Clone, Copy, Debug)]
+pub struct FixScene<'a> {
+    pub simulation_box: &'a SimulationBox,
+    /// Length of a lattice unit along each axis.
+    pub lattice_unit: Vec3,
+}
+
+/// What a fix's arguments come to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FixArguments {
+    /// See [`Fix::choice`].
+    pub choice: u32,
+    pub parameters: Vec<f64>,
+}
+
+/// A fix: its rules, one for each phase in which it acts.
 pub trait FixStyle: Send + Sync + 'static {
     /// Name in the `fix` command.
     const NAME: &'static str;
     /// For messages and `octant info`.
     const SYNTAX: &'static str;
+    /// The phases it has rules for; those of the others do nothing.
+    const PHASES: &'static [Phase];
 
-    /// Reads the arguments after the style's name into parameters.
-    fn parse(args: &mut Args<'_>) -> Result<Vec<f64>, Complaint>;
-    /// Before the force: kick and drift.
-    fn initial<R: Real>(motion: &mut Motion<R>, step: &Step<R>, parameters: &[R]);
-    /// After the force: kick.
-    fn last<R: Real>(motion: &mut Motion<R>, step: &Step<R>, parameters: &[R]);
+    /// Reads the arguments after the style's name; at most [`MOST_PARAMETERS`] numbers come of them.
+    fn parse(args: &mut Args<'_>, scene: &FixScene<'_>) -> Result<FixArguments, Complaint>;
+    /// The axis along which a parameter is a coordinate.
+    fn coordinate(_parameter: usize) -> Option<usize> {
+        None
+    }
+
+    /// [`Phase::Initial`]: kick and drift.
+    #[inline(always)]
+    fn initial<R: Real>(_motion: &mut Motion<R>, _step: &Step<R>, _given: &Given<'_, R>) {}
+    /// [`Phase::Moved`]: positions and velocities; the force belongs to the old position.
+    #[inline(always)]
+    fn moved<R: Real>(_motion: &mut Motion<R>, _step: &Step<R>, _given: &Given<'_, R>) {}
+    /// [`Phase::Force`]: the force on a particle of this mass (force and mass units).
+    #[inline(always)]
+    fn force<R: Real>(_f: &mut [R; 3], _mass: R, _given: &Given<'_, R>) {}
+    /// [`Phase::Last`]: kick.
+    #[inline(always)]
+    fn last<R: Real>(_motion: &mut Motion<R>, _step: &Step<R>, _given: &Given<'_, R>) {}
 }
 
 /// Something to be done for one fix style, whose type is chosen by its name.
@@ -73,7 +140,7 @@ pub fn fixes() -> Vec<(&'static str, &'static str)> {
 }
 
 /// A fix of a scene.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fix {
     /// The user's name for it.
     pub id: String,
@@ -81,19 +148,110 @@ pub struct Fix {
     pub style: &'static str,
     /// Bits of [`crate::system::State::mask`] it acts on.
     pub group: u32,
+    /// Which of the style's rules are there (the faces that have a wall); kernels are compiled for it.
+    pub choice: u32,
     pub parameters: Vec<f64>,
 }
 
+impl Fix {
+    /// Whether it does anything in a phase.
+    pub fn acts(&self, phase: Phase) -> bool {
+        struct Phases;
+        impl FixVisitor for Phases {
+            type Output = &'static [Phase];
+            fn visit<F: FixStyle>(self) -> Self::Output {
+                F::PHASES
+            }
+        }
+        with_fix(self.style, Phases).is_some_and(|phases| phases.contains(&phase))
+    }
+
+    /// The axis along which a parameter is a coordinate.
+    pub fn coordinate(&self, parameter: usize) -> Option<usize> {
+        struct Coordinate(usize);
+        impl FixVisitor for Coordinate {
+            type Output = Option<usize>;
+            fn visit<F: FixStyle>(self) -> Self::Output {
+                F::coordinate(self.0)
+            }
+        }
+        with_fix(self.style, Coordinate(parameter)).flatten()
+    }
+}
+
 /// Reads the arguments after the style's name; `None` where there is no such style.
-pub fn parse_fix(style: &str, args: &mut Args<'_>) -> Option<Result<(&'static str, Vec<f64>), Complaint>> {
-    struct Parse<'a, 'b>(&'a mut Args<'b>);
+pub fn parse_fix(
+    style: &str,
+    args: &mut Args<'_>,
+    scene: &FixScene<'_>,
+) -> Option<Result<(&'static str, FixArguments), Complaint>> {
+    struct Parse<'a, 'b>(&'a mut Args<'b>, &'a FixScene<'a>);
     impl FixVisitor for Parse<'_, '_> {
-        type Output = Result<(&'static str, Vec<f64>), Complaint>;
+        type Output = Result<(&'static str, FixArguments), Complaint>;
         fn visit<F: FixStyle>(self) -> Self::Output {
-            let parameters = F::parse(self.0)?;
+            let arguments = F::parse(self.0, self.1)?;
             self.0.done()?;
-            Ok((F::NAME, parameters))
+            Ok((F::NAME, arguments))
         }
     }
-    with_fix(style, Parse(args))
+    with_fix(style, Parse(args, scene))
+}
+
+/// Refuses `v_NAME` where LAMMPS would take a variable that changes from step to step.
+fn no_variable(args: &Args<'_>, what: &str) -> Result<(), Complaint> {
+    match args.peek() {
+        Some(text) if text.starts_with("v_") => {
+            let message = format!("a variable for {what} is not part of octant, got '{text}'");
+            Err(Complaint::new(args.position(), message).with_help("${NAME} or $(v_NAME) gives its value now"))
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::real::{Expr, Recording};
+
+    /// Runs every rule of a style on numbers that record; whether each phase changes anything.
+    struct Changes(u32);
+    impl FixVisitor for Changes {
+        type Output = (&'static [Phase], Vec<bool>);
+        fn visit<F: FixStyle>(self) -> Self::Output {
+            let changes = |phase: Phase| {
+                let tape = Recording::start();
+                let three = |name: &str| std::array::from_fn(|a| tape.input(format!("{name}{a}")));
+                let before = Motion { x: three("x"), v: three("v"), f: three("f") };
+                let step = Step { dt: tape.input("dt"), half_kick: tape.input("half_kick") };
+                let parameters: Vec<Expr> = (0..MOST_PARAMETERS).map(|k| tape.input(format!("p{k}"))).collect();
+                let given = Given { choice: self.0, parameters: &parameters };
+                let mut after = before;
+                match phase {
+                    Phase::Initial => F::initial(&mut after, &step, &given),
+                    Phase::Moved => F::moved(&mut after, &step, &given),
+                    Phase::Force => F::force(&mut after.f, tape.input("mass"), &given),
+                    Phase::Last => F::last(&mut after, &step, &given),
+                }
+                (before.x, before.v, before.f) != (after.x, after.v, after.f)
+            };
+            (F::PHASES, Phase::ALL.map(changes).to_vec())
+        }
+    }
+
+    #[test]
+    fn fixes_act_in_the_phases_they_name_and_in_no_other() {
+        for (name, syntax) in fixes() {
+            assert!(syntax.starts_with(&format!("fix ID GROUP {name}")), "{syntax}");
+            let (phases, changes) = with_fix(name, Changes(u32::MAX)).unwrap();
+            for (phase, changes) in Phase::ALL.into_iter().zip(changes) {
+                assert_eq!(phases.contains(&phase), changes, "{name} {phase:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_chosen_is_not_worked_out() {
+        let (_, changes) = with_fix("wall/reflect", Changes(0)).unwrap();
+        assert!(changes.iter().all(|changes| !changes));
+    }
 }

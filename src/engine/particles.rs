@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::neighbor::axis::locate;
 use crate::neighbor::search::row_major;
-use crate::neighbor::{Cells, Grid, Search};
+use crate::neighbor::{Cells, Grid, SearchPlan};
 use crate::system::parallel;
 use crate::system::state::survivors;
 use crate::system::{SimulationBox, State, Vec3};
@@ -216,9 +216,9 @@ impl Particles {
     }
 
     /// The grid for the current positions.
-    pub fn grid(&self, search: Search, simulation_box: &SimulationBox, radius: f64) -> Grid {
+    pub fn grid(&self, plan: SearchPlan, simulation_box: &SimulationBox, radius: f64) -> Grid {
         let (lo, hi) = self.bounds();
-        Grid::new(search, simulation_box, &lo, &hi, radius)
+        Grid::new(plan, simulation_box, &lo, &hi, radius)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The step of a scene as data: what a backend has to know, and nothing of scripts.
 
-use crate::dynamics::Fix;
-use crate::neighbor::{Policy, Search};
+use crate::dynamics::{Fix, Phase};
+use crate::neighbor::{Policy, SearchPlan};
 use crate::pair::PairTable;
 use crate::system::{LostAtoms, Units};
 
@@ -27,7 +27,7 @@ pub struct Program {
     /// Timestep, time units.
     pub timestep: f64,
     pub policy: Policy,
-    pub search: Search,
+    pub search: SearchPlan,
     pub lost: LostAtoms,
     /// `None`: storage order stays as it is.
     pub storage_sort: Option<StorageSort>,
@@ -36,22 +36,24 @@ pub struct Program {
 /// One stage of a step, in the order a backend runs them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// First half of fix number `0`.
-    Initial(usize),
+    /// A phase of fix number `1`.
+    Fix(Phase, usize),
     /// Has a particle moved beyond half the skin?
     Check,
     /// Wrap, sort, list.
     Build,
     /// Pair forces.
     Force,
-    /// Second half of fix number `0`.
-    Last(usize),
 }
 
 impl Program {
     /// The stages of a step; what the scene lacks is not there.
     pub fn stages(&self) -> Vec<Stage> {
-        let mut stages: Vec<Stage> = (0..self.fixes.len()).map(Stage::Initial).collect();
+        let acting = |phase| {
+            let fixes = self.fixes.iter().enumerate().filter(move |(_, fix)| fix.acts(phase));
+            fixes.map(move |(k, _)| Stage::Fix(phase, k))
+        };
+        let mut stages: Vec<Stage> = acting(Phase::Initial).chain(acting(Phase::Moved)).collect();
         if !self.policy.once {
             if self.policy.check {
                 stages.push(Stage::Check);
@@ -59,18 +61,24 @@ impl Program {
             stages.push(Stage::Build);
         }
         stages.push(Stage::Force);
-        stages.extend((0..self.fixes.len()).map(Stage::Last));
+        stages.extend(acting(Phase::Force).chain(acting(Phase::Last)));
         stages
     }
 
     /// What the step does and what it leaves out, line by line.
     pub fn explain(&self) -> Vec<String> {
         let name = |stage: &Stage| match stage {
-            Stage::Initial(k) => format!("{} (first half)", self.fixes[*k].style),
+            Stage::Fix(phase, k) => {
+                let part = match phase {
+                    Phase::Initial => " (first half)",
+                    Phase::Last => " (second half)",
+                    Phase::Moved | Phase::Force => "",
+                };
+                format!("{}{part}", self.fixes[*k].style)
+            }
             Stage::Check => "displacement check".into(),
             Stage::Build => "wrap, sort, list".into(),
             Stage::Force => format!("{} forces", self.pair.style),
-            Stage::Last(k) => format!("{} (second half)", self.fixes[*k].style),
         };
         let stages: Vec<String> = self.stages().iter().map(name).collect();
         let mut left_out = vec!["energy and virial on steps that print none"];
@@ -83,10 +91,15 @@ impl Program {
         if !self.policy.check || self.policy.once {
             left_out.push("displacement check");
         }
-        if self.fixes.is_empty() {
+        if !self.moves() {
             left_out.push("motion (no fix)");
         }
         vec![format!("Step: {}", stages.join(" -> ")), format!("Left out: {}", left_out.join("; "))]
+    }
+
+    /// Whether some fix moves particles in time.
+    pub fn moves(&self) -> bool {
+        self.fixes.iter().any(|fix| fix.acts(Phase::Initial))
     }
 
     /// dt / 2 / mass for each type, in velocity per force.

@@ -223,6 +223,11 @@ impl Cells {
         (self.starts[k * OCTANTS], self.starts[(k + 1) * OCTANTS])
     }
 
+    /// Part of its octant that the particle now at a place is in.
+    pub fn part(&self, place: u32) -> u8 {
+        self.keys[self.order[place as usize] as usize].part
+    }
+
     /// Index before sorting of the particle now at each place.
     pub fn sources(&self) -> &[u32] {
         &self.order

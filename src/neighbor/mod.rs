@@ -4,10 +4,12 @@ pub mod axis;
 pub mod cells;
 pub mod estimate;
 pub mod guard;
+pub mod plan;
 pub mod policy;
 pub mod search;
 pub mod ties;
 
 pub use cells::{Cells, OCTANTS};
+pub use plan::{Search, SearchPlan};
 pub use policy::{Decision, LAMMPS_BIN, Policy};
-pub use search::{Grid, Key, Run, Search};
+pub use search::{Grid, Key, Run};

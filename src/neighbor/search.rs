@@ -1,44 +1,16 @@
 //! The neighbor searches, one interface: which runs of sorted particles can hold the neighbors of an octant.
 //!
 //! All searches are one scheme with different axes: [`Search::Octant`] and [`Search::Trimmed`] look into the 2x2x2 cells on
-//! the particle's side, [`Search::Standard`] into all cells within R, [`Search::Brute`] is a single cell with its images.
+//! the particle's side, [`Search::Midplane`] into those of them that are in reach, [`Search::Standard`] into all cells within R,
+//! [`Search::Brute`] is a single cell with its images.
 
 use std::fmt;
 use std::ops::{Add, Mul};
 
-use super::axis::{Axis, AxisRequest, Visit};
+use super::axis::{Axis, AxisRequest, Reach, Visit};
 use super::cells::{Cells, OCTANTS};
+use super::plan::{Search, SearchPlan};
 use crate::system::{SimulationBox, Vec3};
-
-/// Which search builds the lists. All give the same pairs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Search {
-    /// Octant cells, only the octants that border on the particle's: 27 of 64, 27 R^3 of candidates.
-    #[default]
-    Trimmed,
-    /// Octant cells of edge 2R as in Morillo et al. 2015 (doi:10.2312/vriphys.20151339): 8 cells, 64 R^3.
-    Octant,
-    /// 27 cells of edge R (Green 2010).
-    Standard,
-    /// All pairs.
-    Brute,
-}
-
-impl Search {
-    /// Names on the command line, in the order of [`Search::ALL`].
-    pub const NAMES: [&'static str; 4] = ["trimmed", "octant", "standard", "brute"];
-    /// All searches.
-    pub const ALL: [Search; 4] = [Search::Trimmed, Search::Octant, Search::Standard, Search::Brute];
-
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
-    }
-
-    /// The search of that name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::NAMES.iter().position(|n| *n == name).map(|k| Self::ALL[k])
-    }
-}
 
 /// Bits of a cell's number along an axis: three such numbers and the octant make a 64-bit key.
 pub const CELL_BITS: u32 = 20;
@@ -58,7 +30,8 @@ pub struct Run {
 pub struct Key {
     /// Cell hash times 8 plus octant.
     pub octant: u64,
-    /// Place along a Z-order curve of 4 x 4 x 4 parts of the octant.
+    /// Part of the octant: place along a Z-order curve of 4 x 4 x 4 of them, or bits of the axes along which the particle needs
+    /// no second cell ([`Search::Midplane`]).
     pub part: u8,
 }
 
@@ -69,24 +42,20 @@ pub struct Grid {
     /// Particles of an octant are sorted by its parts too, so that those near in memory are near in space; and the list build
     /// passes over groups of particles that are out of reach.
     pub compact: bool,
+    /// Particles of an octant differ in the cells they look into; they are sorted by that.
+    pub midplane: bool,
 }
 
 impl Grid {
     /// Cuts the space that holds the particles. `low` and `high` bound them along free axes; periodic axes span the box.
-    pub fn new(search: Search, simulation_box: &SimulationBox, low: &Vec3, high: &Vec3, radius: f64) -> Self {
+    pub fn new(plan: SearchPlan, simulation_box: &SimulationBox, low: &Vec3, high: &Vec3, radius: f64) -> Self {
         let axes = std::array::from_fn(|axis| {
             let periodic = simulation_box.periodic(axis);
             let (lo, hi) =
                 if periodic { (simulation_box.lo[axis], simulation_box.hi[axis]) } else { (low[axis], high[axis]) };
-            let (octant, edge) = match search {
-                Search::Trimmed => (Some(true), 2.0 * radius),
-                Search::Octant => (Some(false), 2.0 * radius),
-                Search::Standard => (None, radius),
-                Search::Brute => (None, f64::INFINITY),
-            };
-            Axis::new(&AxisRequest { lo, hi, periodic, radius, edge, octant, most_cells: MOST_CELLS })
+            Axis::new(&AxisRequest { lo, hi, periodic, radius, plan, most_cells: MOST_CELLS })
         });
-        Self { axes, compact: search == Search::Trimmed }
+        Self { axes, compact: plan.is_compact(), midplane: plan.search() == Search::Midplane }
     }
 
     /// Number of cells, which may be far more than there are particles.
@@ -96,13 +65,24 @@ impl Grid {
 
     /// The sort key of a particle: cell hash (X fastest), octant, part of the octant.
     #[inline]
-    pub fn key(&self, x: &Vec3) -> Key {
-        let places: [(f64, f64); 3] = std::array::from_fn(|a| self.axes[a].locate(x[a]));
+    pub fn key(&self, at: &Vec3) -> Key {
+        let places: [(f64, f64); 3] = std::array::from_fn(|a| self.axes[a].locate(at[a]));
         let [x, y, z] = places.map(|(_, eighth)| SPREAD[eighth as usize & 7]);
         let bits = x | y << 1 | z << 2;
-        let part = if self.compact { (bits & ((1 << PART_BITS) - 1)) as u8 } else { 0 };
+        let part = match (self.compact, self.midplane) {
+            (true, _) => (bits & ((1 << PART_BITS) - 1)) as u8,
+            (_, true) => (0..3).map(|a| u8::from(self.axes[a].is_middle(at[a])) << a).sum(),
+            _ => 0,
+        };
         let cell = places.map(|(cell, _)| cell as i64);
-        Key { octant: self.hash(cell) * OCTANTS as u64 + u64::from(bits >> PART_BITS), part }
+        let octant = bits >> PART_BITS & self.octants();
+        Key { octant: self.hash(cell) * OCTANTS as u64 + u64::from(octant), part }
+    }
+
+    /// Bits of the axes whose cells are divided into halves: where both halves look into the same cells, they stay together.
+    pub fn octants(&self) -> u32 {
+        let divides = |axis: usize| self.compact || matches!(self.axes[axis].reach, Reach::Octant { .. });
+        (0..3).map(|axis| u32::from(divides(axis)) << axis).sum()
     }
 
     /// Equation 1 of Morillo et al.: `z ny nx + y nx + x`.
@@ -117,14 +97,16 @@ impl Grid {
         [(hash % nx) as i64, (hash / nx % ny) as i64, (hash / nx / ny) as i64]
     }
 
-    /// Adds the runs that can hold neighbors of the particles in `octant` of `cell`, in order of z, y, x; an octant each.
-    pub fn runs(&self, cells: &Cells, cell: [i64; 3], octant: u8, runs: &mut Vec<Run>) {
+    /// Adds the runs that can hold neighbors of the particles in `octant` of `cell`, in order of z, y, x; an octant each where the
+    /// grid is compact, elsewhere what lies end to end in one. `middle` has the bits of the axes along which their own cell is enough.
+    pub fn runs(&self, cells: &Cells, cell: [i64; 3], octant: u8, middle: u8, runs: &mut Vec<Run>) {
         let half = |axis: usize| octant >> axis & 1;
-        self.axes[2].visits(cell[2], half(2), |z| {
-            self.axes[1].visits(cell[1], half(1), |y| {
-                self.axes[0].visits(cell[0], half(0), |x| {
+        let own = |axis: usize| middle >> axis & 1 != 0;
+        self.axes[2].visits(cell[2], half(2), own(2), |z| {
+            self.axes[1].visits(cell[1], half(1), own(1), |y| {
+                self.axes[0].visits(cell[0], half(0), own(0), |x| {
                     if let Some(k) = cells.find(self.hash([x.cell, y.cell, z.cell])) {
-                        octant_runs(cells, k, x, y, z, runs);
+                        octant_runs(cells, k, [x, y, z], !self.compact, runs);
                     }
                 });
             });
@@ -163,14 +145,18 @@ impl fmt::Display for Grid {
     }
 }
 
-/// Adds the wanted octants of occupied cell `k`.
-fn octant_runs(cells: &Cells, k: usize, x: Visit, y: Visit, z: Visit, runs: &mut Vec<Run>) {
+/// Adds the wanted octants of occupied cell `k`, to the last run where they follow it and are to be joined.
+fn octant_runs(cells: &Cells, k: usize, [x, y, z]: [Visit; 3], join: bool, runs: &mut Vec<Run>) {
     let image = [x.image, y.image, z.image];
     for octant in 0..OCTANTS {
         let wanted = x.halves >> (octant & 1) & y.halves >> (octant >> 1 & 1) & z.halves >> (octant >> 2) & 1;
         let (start, end) = cells.octant(k, octant);
-        if wanted != 0 && start != end {
-            runs.push(Run { start, end, image });
+        if wanted == 0 || start == end {
+            continue;
+        }
+        match runs.last_mut() {
+            Some(last) if join && last.end == start && last.image == image => last.end = end,
+            _ => runs.push(Run { start, end, image }),
         }
     }
 }

@@ -5,6 +5,7 @@ pub mod console;
 pub mod dump;
 pub mod facts;
 pub mod json;
+pub mod pair_table;
 pub mod printf;
 pub mod progress;
 pub mod quantities;

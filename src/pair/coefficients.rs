@@ -92,10 +92,13 @@ impl PairCoefficients {
     }
 
     /// Settings and cutoff of a `pair_style` command, maybe a repeated one of the same name: cutoffs given in `pair_coeff` fall
-    /// back to the new global one, as in LAMMPS.
+    /// back to the new global one, as in LAMMPS, if the style has one.
     pub fn reset(&mut self, settings: Vec<f64>, cutoff: f64) {
         self.settings = settings;
         self.global_cutoff = cutoff;
+        if !self.style.global_cutoff {
+            return;
+        }
         for given in self.given.iter_mut().flatten() {
             given.cutoff = cutoff;
             given.own_cutoff = false;
@@ -111,18 +114,16 @@ impl PairCoefficients {
         words: &[&str],
     ) -> Result<(), (usize, String)> {
         let wanted = self.style.coefficients.len();
-        if words.len() < wanted || words.len() > wanted + 1 {
+        let least = wanted + usize::from(!self.style.global_cutoff);
+        if words.len() < least || words.len() > wanted + 1 {
             let names: Vec<_> = self.style.coefficients.iter().map(|c| c.name).collect();
-            let at = if words.len() < wanted { words.len().saturating_sub(1) } else { wanted + 1 };
-            return Err((
-                at,
-                format!(
-                    "expected {wanted} to {} values after the types ({} [cutoff]), got {}",
-                    wanted + 1,
-                    names.join(" "),
-                    words.len()
-                ),
-            ));
+            let at = if words.len() < least { words.len().saturating_sub(1) } else { wanted + 1 };
+            let (count, cutoff) = match self.style.global_cutoff {
+                true => (format!("{wanted} to {}", wanted + 1), "[cutoff]"),
+                false => (least.to_string(), "cutoff"),
+            };
+            let (names, got) = (names.join(" "), words.len());
+            return Err((at, format!("expected {count} values after the types ({names} {cutoff}), got {got}")));
         }
         let mut values = Vec::with_capacity(words.len());
         for (k, text) in words.iter().enumerate() {
@@ -187,7 +188,12 @@ impl PairCoefficients {
             return Err(missing());
         }
         let length = self.style.coefficients.iter().position(|c| c.mix == Mix::Distance);
-        let (s, t) = length.map_or((1.0, 1.0), |k| (a.coefficients[k], b.coefficients[k]));
+        // Where there is no sigma, a cutoff that is a coefficient stands for it.
+        let (s, t) = match length {
+            Some(k) => (a.coefficients[k], b.coefficients[k]),
+            None if !self.style.global_cutoff => (a.cutoff, b.cutoff),
+            None => (1.0, 1.0),
+        };
         let mut values = Vec::with_capacity(a.coefficients.len());
         for (c, (x, y)) in self.style.coefficients.iter().zip(a.coefficients.iter().zip(&b.coefficients)) {
             values.push(match c.mix {
@@ -209,7 +215,7 @@ impl PairCoefficients {
 
     fn pair(&self, coefficients: Vec<f64>, cutoff: f64) -> TypePair {
         let energy_at_cutoff = if cutoff > 0.0 {
-            with_style(self.style.name, EnergyAt { coefficients: &coefficients, settings: &self.settings, r: cutoff })
+            with_style(self.style.name, EnergyAt { coefficients: &coefficients, settings: &self.settings, cutoff })
                 .unwrap_or(0.0)
         } else {
             0.0
@@ -217,9 +223,12 @@ impl PairCoefficients {
         TypePair { coefficients, cutoff, energy_at_cutoff }
     }
 
-    /// Lines of a data file's `Pair Coeffs` section: type and coefficients (not the cutoff, as in LAMMPS), as far as given.
+    /// Lines of a data file's `Pair Coeffs` section: type and coefficients, as far as given. As in LAMMPS, cutoffs stand there
+    /// only where `pair_style` has none.
     pub fn like_type_lines(&self) -> Vec<String> {
-        let like = |k: usize| self.given[k * self.types + k].as_ref().map(|g| line(&[k], &g.coefficients));
+        let cutoff = |g: &Given| (!self.style.global_cutoff).then_some(g.cutoff);
+        let values = |g: &Given| g.coefficients.iter().copied().chain(cutoff(g)).collect::<Vec<_>>();
+        let like = |k: usize| self.given[k * self.types + k].as_ref().map(|g| line(&[k], &values(g)));
         (0..self.types).filter_map(like).collect()
     }
 }
@@ -246,12 +255,42 @@ fn line(types: &[usize], values: &[f64]) -> String {
 struct EnergyAt<'a> {
     coefficients: &'a [f64],
     settings: &'a [f64],
-    r: f64,
+    cutoff: f64,
 }
 
 impl StyleVisitor for EnergyAt<'_> {
     type Output = f64;
     fn visit<S: super::PairStyle>(self) -> f64 {
-        S::eval::<f64>(self.r * self.r, &S::params(self.coefficients, self.settings)).energy
+        S::eval::<f64>(self.cutoff * self.cutoff, &S::params(self.coefficients, self.settings, self.cutoff)).energy
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cutoff_that_is_a_coefficient_is_mixed_as_lammps_mixes_it() {
+        let mut given = PairCoefficients::new("harmonic/cut", 0.0, 2).unwrap();
+        given.set((1, 1), (1, 1), &["2.0", "1.0"]).unwrap();
+        given.set((2, 2), (2, 2), &["8.0", "3.0"]).unwrap();
+        // Energy and force at a distance of 0.5 that LAMMPS 22Jul2025 has.
+        let expected = [
+            (Mixing::Geometric, 6.0717967697244895, 9.85640646055102),
+            (Mixing::Arithmetic, 9.0, 12.0),
+            (Mixing::SixthPower, 1.3975681270792994, 1.2861213088),
+        ];
+        for (mixing, energy, force) in expected {
+            given.mixing = mixing;
+            let value = given.complete().unwrap().0.evaluate(0, 1, 0.5).unwrap();
+            assert!((value.energy - energy).abs() < 1e-13, "{mixing:?}: {}", value.energy);
+            assert!((0.5 * value.force_over_r - force).abs() < 1e-8, "{mixing:?}: {}", value.force_over_r);
+        }
+        assert_eq!(given.like_type_lines(), ["1 2 1", "2 8 3"]);
+        // A repeated pair_style leaves such cutoffs alone.
+        given.reset(Vec::new(), 0.0);
+        assert_eq!(given.like_type_lines(), ["1 2 1", "2 8 3"]);
+        let missing = given.set((1, 1), (2, 2), &["4.0"]).unwrap_err();
+        assert_eq!(missing, (0, "expected 2 values after the types (K cutoff), got 1".into()));
     }
 }

@@ -45,6 +45,7 @@ impl Dimension {
     pub const LENGTH: Self = Self { energy: 0, length: 1 };
     pub const INVERSE_LENGTH: Self = Self { energy: 0, length: -1 };
     pub const ENERGY_LENGTH: Self = Self { energy: 1, length: 1 };
+    pub const STIFFNESS: Self = Self { energy: 1, length: -2 };
 
     /// The unit's size where energies and lengths have units of these sizes.
     pub fn size(self, energy: f64, length: f64) -> f64 {
@@ -70,13 +71,15 @@ pub trait PairStyle: Send + Sync + 'static {
     const FORMULA: &'static str;
     /// What `pair_style` takes before the cutoff; none for most. Nothing of it is mixed.
     const SETTINGS: &'static [Coefficient];
-    /// What `pair_coeff` takes after the types; an optional cutoff (length) follows them.
+    /// What `pair_coeff` takes after the types; a cutoff (length) follows them.
     const COEFFICIENTS: &'static [Coefficient];
+    /// `pair_style` takes a cutoff, and that of `pair_coeff` is optional; otherwise every `pair_coeff` must name one.
+    const GLOBAL_CUTOFF: bool = true;
     /// Constants of one pair of types, worked out once.
     type Params<R: Real>: Copy + Send + Sync + 'static;
 
-    /// Constants from the values of [`PairStyle::COEFFICIENTS`] and [`PairStyle::SETTINGS`], in their order.
-    fn params(coefficients: &[f64], settings: &[f64]) -> Self::Params<f64>;
+    /// Constants from the values of [`PairStyle::COEFFICIENTS`] and [`PairStyle::SETTINGS`], in their order, and the cutoff.
+    fn params(coefficients: &[f64], settings: &[f64], cutoff: f64) -> Self::Params<f64>;
     /// The same constants in another arithmetic: `convert` is called once for each number, always in the same order.
     fn map<A: Real, B: Real>(params: &Self::Params<A>, convert: impl Convert<A, B>) -> Self::Params<B>;
     /// The untruncated formula at squared distance `r2`.
@@ -109,6 +112,8 @@ pub struct StyleInfo {
     pub formula: &'static str,
     pub settings: &'static [Coefficient],
     pub coefficients: &'static [Coefficient],
+    /// See [`PairStyle::GLOBAL_CUTOFF`].
+    pub global_cutoff: bool,
 }
 
 /// All registered styles.
@@ -121,6 +126,7 @@ pub fn styles() -> Vec<StyleInfo> {
                 formula: <$style as PairStyle>::FORMULA,
                 settings: <$style as PairStyle>::SETTINGS,
                 coefficients: <$style as PairStyle>::COEFFICIENTS,
+                global_cutoff: <$style as PairStyle>::GLOBAL_CUTOFF,
             })
         };
     }
@@ -129,8 +135,13 @@ pub fn styles() -> Vec<StyleInfo> {
 }
 
 impl StyleInfo {
-    /// The arguments of `pair_style`.
+    /// How the style is asked for in a script.
     pub fn usage(&self) -> String {
-        self.settings.iter().map(|s| s.name).chain(["cutoff"]).collect::<Vec<_>>().join(" ")
+        let cutoff = if self.global_cutoff { ["cutoff", "[cutoff]"] } else { ["", "cutoff"] };
+        let settings = self.settings.iter().map(|s| s.name).chain([cutoff[0]]);
+        let coefficients = self.coefficients.iter().map(|c| c.name).chain([cutoff[1]]);
+        let words =
+            ["pair_style", self.name].into_iter().chain(settings).chain(["; pair_coeff I J"]).chain(coefficients);
+        words.filter(|w| !w.is_empty()).collect::<Vec<_>>().join(" ").replace(" ;", ";")
     }
 }

@@ -83,7 +83,7 @@ impl PairTable {
                 if r * r >= pair.cutoff * pair.cutoff {
                     return super::PairValue { force_over_r: 0.0, energy: 0.0 };
                 }
-                let value = S::eval::<f64>(r * r, &S::params(&pair.coefficients, settings));
+                let value = S::eval::<f64>(r * r, &S::params(&pair.coefficients, settings, pair.cutoff));
                 if shift {
                     Shifted::apply(value, &Shifted::params(pair.energy_at_cutoff))
                 } else {
@@ -121,7 +121,8 @@ mod tests {
                 given.reset(settings, 2.5 * length);
                 let words: Vec<String> =
                     style.coefficients.iter().enumerate().map(|(k, c)| value(c, k).to_string()).collect();
-                let words: Vec<&str> = words.iter().map(String::as_str).collect();
+                let cutoff = (2.5 * length).to_string();
+                let words: Vec<&str> = words.iter().chain([&cutoff]).map(String::as_str).collect();
                 given.set((1, 1), (1, 1), &words).unwrap();
                 given.shift = true;
                 let table = given.complete().unwrap().0;

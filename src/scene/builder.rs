@@ -1,10 +1,10 @@
 //! The scene while a script is read: every command changes it or is refused.
 
 use super::{CreateContext, Groups, Lattice, Regions, VelocityContext};
-use crate::dynamics::{Fix, parse_fix};
+use crate::dynamics::{Fix, FixArguments, FixScene, MOST_PARAMETERS_OF_ALL, parse_fix};
 use crate::engine::{Program, StorageSort};
 use crate::neighbor::estimate::estimate;
-use crate::neighbor::{Policy, Search};
+use crate::neighbor::{Policy, SearchPlan};
 use crate::pair::PairCoefficients;
 use crate::script::command::{create_atoms, create_box, group, lattice, mass, region, velocity};
 use crate::script::{Args, Complaint, Name};
@@ -183,15 +183,21 @@ impl SceneBuilder {
 
     /// `fix ID GROUP STYLE ...`; `args` stands behind the style.
     pub fn fix(&mut self, id: &Name, group: &Name, style: &Name, args: &mut Args<'_>) -> Result<Messages, Complaint> {
-        self.space()?;
+        let space = self.space()?;
         let group = self.groups.find(group)?;
-        let Some(parsed) = parse_fix(&style.text, args) else {
+        let lattice_unit = self.lattice.as_ref().map_or(Vec3::repeat(1.0), Lattice::spacing);
+        let Some(parsed) = parse_fix(&style.text, args, &FixScene { simulation_box: space, lattice_unit }) else {
             let names: Vec<_> = crate::dynamics::fixes().iter().map(|f| f.0).collect();
             let message = format!("fix style '{}' is not part of octant; available: {}", style.text, names.join(", "));
             return Err(Complaint::new(style.word, message));
         };
-        let (style_name, parameters) = parsed?;
-        let fix = Fix { id: id.text.clone(), style: style_name, group, parameters };
+        let (style_name, FixArguments { choice, parameters }) = parsed?;
+        let others = self.fixes.iter().filter(|f| f.id != id.text).map(|f| f.parameters.len()).sum::<usize>();
+        if others + parameters.len() > MOST_PARAMETERS_OF_ALL {
+            let message = format!("all fixes together have more than {MOST_PARAMETERS_OF_ALL} numbers");
+            return Err(Complaint::new(style.word, message));
+        }
+        let fix = Fix { id: id.text.clone(), style: style_name, group, choice, parameters };
         match self.fixes.iter_mut().find(|f| f.id == fix.id) {
             Some(old) if old.style != style_name => {
                 return Err(Complaint::new(id.word, format!("fix ID '{}' is in use by another style", fix.id)));
@@ -236,7 +242,7 @@ impl SceneBuilder {
     }
 
     /// Freezes what a run needs; also the numbers of mixed and mixable pairs. The complaint names what is missing.
-    pub fn program(&self, search: Search) -> Result<(Program, usize, usize), Complaint> {
+    pub fn program(&self, search: SearchPlan) -> Result<(Program, usize, usize), Complaint> {
         self.space()?;
         let Some(pair) = &self.pair else {
             return Err(Complaint::new(0, "there is no pair_style"));

@@ -75,6 +75,11 @@ pub fn carry_out(
                 data::judge_write(script).map_err(|c| statement.complain(c))?;
             }
         }
+        Command::PairWrite(command) => {
+            let live = matches!(pass, Pass::Live(_));
+            let line = script.pair_write(command, live).map_err(|c| statement.complain(c))?;
+            line.into_iter().for_each(|line| pass.console().line(&line));
+        }
         Command::Log(command) => log(command, pass.console()).map_err(|e| match e {
             Error::File { path, source, .. } => {
                 let message = format!("cannot write '{}': {source}", path.display());
@@ -254,6 +259,7 @@ impl ScriptState {
             Command::Run(_)
             | Command::ReadData(_)
             | Command::WriteData(_)
+            | Command::PairWrite(_)
             | Command::Log(_)
             | Command::Undump(_)
             | Command::DumpModify(_)
@@ -265,7 +271,7 @@ impl ScriptState {
     /// Judges a run: everything it needs is there; time passes, nothing moves.
     fn judge_run(&mut self, command: &crate::script::command::RunCommand) -> Result<(), Complaint> {
         let (first, last) = steps(command, self.scene.step)?;
-        self.scene.program(crate::neighbor::Search::default())?;
+        self.scene.program(crate::neighbor::SearchPlan::default())?;
         self.judge_thermo_variables((command.start.unwrap_or(first), command.stop.unwrap_or(last)))?;
         self.scene.step = last;
         self.judged_run = true;

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::ScriptState;
 use crate::Error;
 use crate::engine::{GoodState, Program};
-use crate::neighbor::Search;
+use crate::neighbor::SearchPlan;
 use crate::pair::PairTable;
 use crate::scene::builder::{Messages, describe_box};
 use crate::scene::data_file::{CoefficientLines, CoefficientSection, DataFile, WriteData, read_data, write_data};
@@ -105,7 +105,7 @@ pub fn write(script: &mut ScriptState, statement: &Statement, command: &WriteDat
         let (full, lines) = match command.pair {
             PairSection::Absent => return None,
             PairSection::Diagonal => (false, pair.like_type_lines()),
-            PairSection::Full => (true, script.scene.program(Search::default()).ok()?.0.pair.pair_lines()),
+            PairSection::Full => (true, script.scene.program(SearchPlan::default()).ok()?.0.pair.pair_lines()),
         };
         (!lines.is_empty()).then(|| CoefficientLines { style: pair.style().name.into(), full, lines })
     });

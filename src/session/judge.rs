@@ -70,7 +70,7 @@ pub(super) fn judge(
         }
         let parsed = Command::parse(&statement);
         let acts = match &parsed {
-            Ok(Command::Run(_) | Command::WriteData(_)) => true,
+            Ok(Command::Run(_) | Command::WriteData(_) | Command::PairWrite(_)) => true,
             Ok(Command::Print(print)) => print.file.is_some(),
             _ => false,
         };

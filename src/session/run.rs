@@ -204,7 +204,7 @@ fn set_up_messages(program: &Program, mixed: usize, mixable: usize, script: &Scr
             format!("  update: every = {every} steps, delay = {delay} steps, check = {}", yes(policy.check))
         },
         format!("  master list distance cutoff = {}", g8(cutoff)),
-        format!("  search: {}, full list, {}", program.search.name(), live.backend.describe()),
+        format!("  search: {}, full list, {}", program.search, live.backend.describe()),
         "Setting up Verlet run ...".into(),
         format!("  Unit style    : {}", program.units.name),
         format!("  Current step  : {}", script.scene.step),
@@ -213,7 +213,7 @@ fn set_up_messages(program: &Program, mixed: usize, mixable: usize, script: &Scr
     for line in &lines {
         live.console.line(line);
     }
-    if program.fixes.is_empty() {
+    if !program.moves() {
         live.console.warning("no fix integrates the motion: atoms stay where they are");
     }
 }

@@ -9,7 +9,7 @@ use crate::Error;
 use crate::engine::cpu::{CpuBackend, CpuOptions};
 use crate::engine::tuned::Choices;
 use crate::engine::{Backend, Precision};
-use crate::neighbor::Search;
+use crate::neighbor::SearchPlan;
 use crate::real::Isa;
 
 /// Which engine to run on.
@@ -33,7 +33,7 @@ pub struct Settings {
     /// 0 for all cores.
     pub threads: usize,
     pub precision: Precision,
-    pub search: Search,
+    pub search: SearchPlan,
     /// What the kernels of a GPU are made with, other than the table says: for the run that makes the table.
     pub choices: Option<Choices>,
     /// Log file; `None` for no log.
@@ -114,7 +114,7 @@ impl Settings {
             ("backend", backend.describe().into()),
             ("threads", backend.threads().into()),
             ("precision", self.precision.name().into()),
-            ("search", self.search.name().into()),
+            ("search", self.search.to_string().into()),
         ];
         let details = backend.details().into_iter().map(|(key, value)| (key, value.into()));
         entries.into_iter().chain(details).map(|(key, value)| (key.to_string(), value)).collect()

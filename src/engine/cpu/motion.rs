@@ -1,27 +1,33 @@
 //! The per-particle rules in lanes: fixes, and sums over the motion.
 
 use super::mode::Mode;
-use super::moving::{Moving, PIECE};
-use crate::dynamics::{Fix, FixStyle, FixVisitor, Motion, Step, with_fix};
+use super::moving::{Frame, Moving, PIECE, parts_of};
+use crate::dynamics::{Fix, FixStyle, FixVisitor, Given, INWARD, MOST_PARAMETERS, Motion, Phase, Step, with_fix};
 use crate::real::lanes::{Element, Lanes, Simd, SimdVisitor, Work, with_simd};
 use crate::real::{Isa, Real};
 use crate::system::GROUP_ALL;
 use crate::system::parallel::{self, Pieces};
 
-/// Constants all particles share in a step.
+/// What the fixes need beside the particles.
 #[derive(Clone, Copy, Debug)]
-pub struct Kicks<'a, S> {
+pub struct Kicks<'a, M: Mode> {
     /// Timestep, time units.
-    pub dt: S,
-    /// dt / 2 / mass by type.
-    pub half: &'a [S],
+    pub dt: M::Store,
+    /// dt / 2 / mass by type; one where all types have the same.
+    pub half: &'a [M::Store],
+    /// Masses by type; one where all types have the same.
+    pub masses: &'a [M::Force],
+    /// Points that positions are relative to.
+    pub frames: &'a [Frame],
+    /// First particle of the piece.
+    pub first: usize,
 }
 
 /// Some particles' part of [`Moving`]; as many as fill all lanes.
 pub struct Piece<'a, M: Mode> {
     pub x: [&'a mut [M::Store]; 3],
     pub v: [&'a mut [M::Store]; 3],
-    pub f: [&'a [M::Force]; 3],
+    pub f: [&'a mut [M::Force]; 3],
     pub kind: &'a [u32],
     pub mask: &'a [u32],
     /// One for each particle, none for those that fill up.
@@ -33,7 +39,7 @@ impl<'a, M: Mode> Piece<'a, M> {
         Self {
             x: moving.x.each_mut().map(|a| &mut a[..]),
             v: moving.v.each_mut().map(|a| &mut a[..]),
-            f: moving.f.each_ref().map(|a| &a[..]),
+            f: moving.f.each_mut().map(|a| &mut a[..]),
             kind: &moving.kind,
             mask: &moving.mask,
             slots: &mut moving.slots,
@@ -57,10 +63,10 @@ impl<M: Mode> Pieces for Piece<'_, M> {
 
 /// A fix compiled for the CPU.
 pub trait FixKernel<M: Mode>: Send + Sync {
-    /// Before the force; returns the largest squared displacement, infinite where a position has become no number.
-    fn initial(&self, piece: &mut Piece<'_, M>, kicks: &Kicks<'_, M::Store>) -> f64;
-    /// After the force.
-    fn last(&self, piece: &mut Piece<'_, M>, kicks: &Kicks<'_, M::Store>);
+    /// Whether it does anything in a phase.
+    fn acts(&self, phase: Phase) -> bool;
+    /// What it does in a phase. Returns the largest squared displacement, infinite where a position has become no number.
+    fn act(&self, phase: Phase, piece: &mut Piece<'_, M>, kicks: &Kicks<'_, M>) -> f64;
 }
 
 /// The kernel of a fix.
@@ -74,7 +80,9 @@ pub fn fix_kernel<M: Mode>(fix: &Fix, isa: Isa) -> Option<Box<dyn FixKernel<M>>>
                 type Output = Box<dyn FixKernel<M>>;
                 fn visit<I: Simd>(self, simd: I) -> Self::Output {
                     let style = std::marker::PhantomData::<F>;
-                    Box::new(Kernel { simd, group: self.0.group, parameters: self.0.parameters.clone(), style })
+                    let Fix { group, choice, ref parameters, .. } = *self.0;
+                    let coordinates = (0..parameters.len()).any(|k| F::coordinate(k).is_some());
+                    Box::new(Kernel { simd, group, choice, parameters: parameters.clone(), coordinates, style })
                 }
             }
             with_simd(self.1, On::<M, F>(self.0, std::marker::PhantomData))
@@ -86,40 +94,74 @@ pub fn fix_kernel<M: Mode>(fix: &Fix, isa: Isa) -> Option<Box<dyn FixKernel<M>>>
 struct Kernel<I, F> {
     simd: I,
     group: u32,
+    choice: u32,
     parameters: Vec<f64>,
+    /// Some parameters are coordinates.
+    coordinates: bool,
     style: std::marker::PhantomData<F>,
 }
 
 impl<M: Mode, I: Simd, F: FixStyle> FixKernel<M> for Kernel<I, F> {
-    fn initial(&self, piece: &mut Piece<'_, M>, kicks: &Kicks<'_, M::Store>) -> f64 {
-        self.simd.vectorize(Apply::<M, I, F, true> { kernel: self, piece, kicks })
+    fn acts(&self, phase: Phase) -> bool {
+        F::PHASES.contains(&phase)
     }
-    fn last(&self, piece: &mut Piece<'_, M>, kicks: &Kicks<'_, M::Store>) {
-        self.simd.vectorize(Apply::<M, I, F, false> { kernel: self, piece, kicks });
+
+    fn act(&self, phase: Phase, piece: &mut Piece<'_, M>, kicks: &Kicks<'_, M>) -> f64 {
+        const INITIAL: usize = Phase::Initial as usize;
+        const MOVED: usize = Phase::Moved as usize;
+        const LAST: usize = Phase::Last as usize;
+        match phase {
+            Phase::Initial => self.simd.vectorize(Apply::<M, I, F, INITIAL> { kernel: self, piece, kicks }),
+            Phase::Moved => self.simd.vectorize(Apply::<M, I, F, MOVED> { kernel: self, piece, kicks }),
+            Phase::Force => self.simd.vectorize(AddForces::<M, I, F> { kernel: self, piece, kicks }),
+            Phase::Last => self.simd.vectorize(Apply::<M, I, F, LAST> { kernel: self, piece, kicks }),
+        }
     }
 }
 
-/// One half of a fix on a piece.
-struct Apply<'a, 'b, M: Mode, I, F, const INITIAL: bool> {
+impl<I, F> Kernel<I, F> {
+    /// Parameters in all lanes.
+    #[inline(always)]
+    fn parameters<L: Lanes>(&self) -> [L; MOST_PARAMETERS] {
+        let mut parameters = [L::constant(0.0); MOST_PARAMETERS];
+        for (to, from) in parameters.iter_mut().zip(&self.parameters) {
+            *to = L::constant(*from);
+        }
+        parameters
+    }
+
+    /// In which lanes from particle `k` of a piece there are particles of the group, where that is not all of them. Lanes that
+    /// only fill up are in no group.
+    #[inline(always)]
+    fn members<M: Mode, L: Lanes>(&self, piece: &Piece<'_, M>, k: usize) -> Option<L::Mask> {
+        if self.group == GROUP_ALL && k + L::COUNT <= piece.slots.len() {
+            return None;
+        }
+        let member = |l: usize| {
+            let member = piece.mask[k + l] & self.group != 0;
+            L::Element::of(if member { 1.0 } else { 0.0 })
+        };
+        Some(L::constant(0.0).less(L::from_fn(member)))
+    }
+}
+
+/// One phase of a fix on the motion of a piece.
+struct Apply<'a, 'b, M: Mode, I, F, const PHASE: usize> {
     kernel: &'a Kernel<I, F>,
     piece: &'a mut Piece<'b, M>,
-    kicks: &'a Kicks<'a, M::Store>,
+    kicks: &'a Kicks<'a, M>,
 }
 
-impl<M: Mode, I: Simd, F: FixStyle, const INITIAL: bool> Work for Apply<'_, '_, M, I, F, INITIAL> {
+impl<M: Mode, I: Simd, F: FixStyle, const PHASE: usize> Work for Apply<'_, '_, M, I, F, PHASE> {
     type Output = f64;
 
     #[inline(always)]
     fn run(self) -> f64 {
         type Of<M, I> = <M as Mode>::StoreLanes<I>;
         let Apply { kernel, piece, kicks } = self;
+        let moves = PHASE != Phase::Last as usize;
         let lanes = Of::<M, I>::COUNT;
-        // More parameters than any fix has.
-        let mut parameters = [Of::<M, I>::constant(0.0); 8];
-        for (to, from) in parameters.iter_mut().zip(&kernel.parameters) {
-            *to = Real::constant(*from);
-        }
-        let parameters = &parameters[..kernel.parameters.len()];
+        let mut parameters = kernel.parameters::<Of<M, I>>();
         let dt = Of::<M, I>::splat(kicks.dt);
         let zero = Of::<M, I>::constant(0.0);
         let (mut most, mut poison) = (zero, zero);
@@ -130,23 +172,24 @@ impl<M: Mode, I: Simd, F: FixStyle, const INITIAL: bool> Work for Apply<'_, '_, 
                 halves => Of::<M, I>::lookup(halves, &piece.kind[k..]),
             };
             let step = Step { dt, half_kick };
+            if M::RELATIVE && kernel.coordinates {
+                relative_coordinates::<M, F, Of<M, I>>(&kernel.parameters, kicks, k, &mut parameters);
+            }
+            let given = Given { choice: kernel.choice, parameters: &parameters[..kernel.parameters.len()] };
             let was = Motion {
                 x: lanes_at::<M::Store, Of<M, I>>([&piece.x[0][k..], &piece.x[1][k..], &piece.x[2][k..]]),
                 v: lanes_at::<M::Store, Of<M, I>>([&piece.v[0][k..], &piece.v[1][k..], &piece.v[2][k..]]),
                 f: lanes_at::<M::Force, Of<M, I>>([&piece.f[0][k..], &piece.f[1][k..], &piece.f[2][k..]]),
             };
             let mut motion = was;
-            if INITIAL {
-                F::initial(&mut motion, &step, parameters);
+            if PHASE == Phase::Initial as usize {
+                F::initial(&mut motion, &step, &given);
+            } else if PHASE == Phase::Moved as usize {
+                F::moved(&mut motion, &step, &given);
             } else {
-                F::last(&mut motion, &step, parameters);
+                F::last(&mut motion, &step, &given);
             }
-            if kernel.group != GROUP_ALL {
-                let member = |l: usize| {
-                    let member = piece.mask[k + l] & kernel.group != 0;
-                    M::Store::of(if member { 1.0 } else { 0.0 })
-                };
-                let members = zero.less(Of::<M, I>::from_fn(member));
+            if let Some(members) = kernel.members::<M, Of<M, I>>(piece, k) {
                 for a in 0..3 {
                     motion.x[a] = Of::<M, I>::select(members, motion.x[a], was.x[a]);
                     motion.v[a] = Of::<M, I>::select(members, motion.v[a], was.v[a]);
@@ -155,7 +198,7 @@ impl<M: Mode, I: Simd, F: FixStyle, const INITIAL: bool> Work for Apply<'_, '_, 
             for a in 0..3 {
                 motion.v[a].store(&mut piece.v[a][k..]);
             }
-            if INITIAL {
+            if moves {
                 let mut squared = zero;
                 for a in 0..3 {
                     let d = motion.x[a] - was.x[a];
@@ -170,7 +213,71 @@ impl<M: Mode, I: Simd, F: FixStyle, const INITIAL: bool> Work for Apply<'_, '_, 
             }
             k += lanes;
         }
-        if INITIAL && poison.sum().double() != 0.0 { f64::INFINITY } else { most.largest().double() }
+        if moves && poison.sum().double() != 0.0 { f64::INFINITY } else { most.largest().double() }
+    }
+}
+
+/// Coordinates among the parameters as the particles from `k` of a piece on see them: relative to what their positions are
+/// relative to.
+#[inline(always)]
+fn relative_coordinates<M: Mode, F: FixStyle, L: Lanes<Element = M::Store>>(
+    from: &[f64],
+    kicks: &Kicks<'_, M>,
+    k: usize,
+    to: &mut [L; MOST_PARAMETERS],
+) {
+    // The widest register holds 16 numbers.
+    let mut relative = [[M::Store::default(); 16]; MOST_PARAMETERS];
+    for (first, end, frame) in parts_of(kicks.frames, kicks.first + k, L::COUNT) {
+        for (parameter, value) in from.iter().enumerate() {
+            if let Some(axis) = F::coordinate(parameter) {
+                relative[parameter][first..end].fill(M::Store::of((value - frame.origin[axis]) * INWARD));
+            }
+        }
+    }
+    for parameter in 0..from.len() {
+        if F::coordinate(parameter).is_some() {
+            to[parameter] = L::load(&relative[parameter]);
+        }
+    }
+}
+
+/// What a fix adds to the forces on a piece, in the arithmetic of forces.
+struct AddForces<'a, 'b, M: Mode, I, F> {
+    kernel: &'a Kernel<I, F>,
+    piece: &'a mut Piece<'b, M>,
+    kicks: &'a Kicks<'a, M>,
+}
+
+impl<M: Mode, I: Simd, F: FixStyle> Work for AddForces<'_, '_, M, I, F> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run(self) -> f64 {
+        type Of<M, I> = <M as Mode>::PairLanes<I>;
+        let AddForces { kernel, piece, kicks } = self;
+        let parameters = kernel.parameters::<Of<M, I>>();
+        let given = Given { choice: kernel.choice, parameters: &parameters[..kernel.parameters.len()] };
+        let mut k = 0;
+        while k < piece.kind.len() {
+            let mass = match kicks.masses {
+                [mass] => Of::<M, I>::splat(*mass),
+                masses => Of::<M, I>::lookup(masses, &piece.kind[k..]),
+            };
+            let was = lanes_at::<M::Force, Of<M, I>>([&piece.f[0][k..], &piece.f[1][k..], &piece.f[2][k..]]);
+            let mut f = was;
+            F::force(&mut f, mass, &given);
+            if let Some(members) = kernel.members::<M, Of<M, I>>(piece, k) {
+                for a in 0..3 {
+                    f[a] = Of::<M, I>::select(members, f[a], was[a]);
+                }
+            }
+            for (f, to) in f.into_iter().zip(piece.f.iter_mut()) {
+                f.store(&mut to[k..]);
+            }
+            k += Of::<M, I>::COUNT;
+        }
+        0.0
     }
 }
 

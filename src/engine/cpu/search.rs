@@ -212,7 +212,7 @@ impl Fill<'_> {
                 } else {
                     let cell = sorted.grid.unhash(sorted.cells.hash(unit.cell));
                     scratch.runs.clear();
-                    sorted.grid.runs(sorted.cells, cell, unit.octant, &mut scratch.runs);
+                    sorted.grid.runs(sorted.cells, cell, unit.octant, unit.middle, &mut scratch.runs);
                     scratch.choose(part);
                 }
                 let rows = Rows { part, unit, sorted, membership, lanes, first, scratch };

@@ -1,5 +1,7 @@
 //! Structs that host and device share: written once here, their CUDA C text follows from them.
 
+use crate::dynamics::MOST_PARAMETERS_OF_ALL;
+
 /// A type that both sides know.
 pub trait Shared: Copy + Default {
     /// A declaration in CUDA C.
@@ -183,11 +185,13 @@ layout! {
         pub grid_lo: [f64; 3],
         pub inverse_edge: [f64; 3],
         pub last_cell: [f64; 3],
+        /// Part of a cell next to a side within which particles look beyond it.
+        pub border: [f64; 3],
         /// Fixed-point coordinates are (x - origin) quanta.
         pub origin: [f64; 3],
         pub quanta: [f64; 3],
         pub storage_inverse: [f64; 3],
-        pub fix_parameters: [f64; 16],
+        pub fix_parameters: [f64; MOST_PARAMETERS_OF_ALL],
         pub dt: f64,
         pub half_kick: f64,
         /// Squared displacement that calls for a build, and that fixed-point coordinates stand.

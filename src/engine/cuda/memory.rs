@@ -111,7 +111,7 @@ fn bytes(array: &Array, sizes: &Sizes) -> u64 {
         (Count::List, _) => sizes.list,
         (Count::Values, "control") => return size_of::<Control>() as u64,
         (Count::Values, "visits") => sizes.values.visits,
-        (Count::Values, "visit_starts") => OCTANTS as u64 + 1,
+        (Count::Values, "visit_starts") => (OCTANTS * OCTANTS) as u64 + 1,
         (Count::Values, "limits") => sizes.values.types.pow(2),
         (Count::Values, "coefficients") => sizes.values.coefficients,
         (Count::Values, "masses" | "half_kicks") => sizes.values.types,

@@ -3,6 +3,7 @@
 use super::layout::{Limit, RUNS, Scene, TENSOR_REACH};
 use super::shape::Shape;
 use super::source::pair_numbers;
+use crate::dynamics::MOST_PARAMETERS_OF_ALL;
 use crate::engine::tuned::{Choices, Table};
 use crate::engine::{Precision, Program, particles};
 use crate::neighbor::axis::{Axis, Reach};
@@ -30,6 +31,8 @@ const LEAST_INNER: f64 = 0.01;
 
 /// The part of the inner skin that is left to the rounding of f32.
 const INNER_SLACK: f64 = 1e-3;
+/// Most warps that share an octant in the list build.
+const MOST_SLICES: u64 = 1024;
 
 /// What is done otherwise than the table of choices and the size of the scene suggest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -93,6 +96,7 @@ impl Plan {
         let lengths = simulation_box.lengths();
         let mut shape = Shape::new(program, simulation_box, precision);
         shape.double_pairs |= given.double_pairs;
+        shape.octants = grid.octants();
         for (axis, most) in shape.most_images.iter_mut().enumerate() {
             *most = images_of(&grid.axes[axis]);
         }
@@ -132,6 +136,11 @@ impl Plan {
         (shape.blocks_at_least, shape.ahead) = (choices.blocks, choices.ahead);
         let cells = table.iter().map(|t| u64::from(*t)).product::<u64>();
         let buckets = cells * OCTANTS as u64;
+        if tuning.choices.is_none() {
+            // Where octants hold many groups (those of large cells; one cell is all that brute force has), as many warps share one.
+            let groups = n as u64 / (cells << shape.octants.count_ones()) / u64::from(shape.group);
+            shape.slices = shape.slices.max(1 << groups.clamp(1, MOST_SLICES).ilog2());
+        }
         let (visits, visit_starts) = visits(&grid);
         // Beyond so many buckets the table of their runs would be larger than what it saves.
         shape.short_entries = choices.lanes <= MOST_SHORT_LANES
@@ -139,6 +148,7 @@ impl Plan {
             && !shape.double_pairs
             && !shape.wide_entries
             && !folded
+            && !shape.midplane
             && buckets <= n as u64
             && visit_starts.windows(2).all(|pair| pair[1] - pair[0] <= RUNS);
         let storage = storage_bins(given, radius);
@@ -188,7 +198,7 @@ impl Plan {
         // f32 rounds the displacement that is compared.
         let slack = if shape.double_store { 1.0 } else { 1.0 - 1e-6 };
         let no_image = images.iter().position(|i| *i == [0; 4]).unwrap_or(0) as u32;
-        let mut fix_parameters = [0.0; 16];
+        let mut fix_parameters = [0.0; MOST_PARAMETERS_OF_ALL];
         for (to, from) in fix_parameters.iter_mut().zip(program.fixes.iter().flat_map(|fix| &fix.parameters)) {
             *to = *from;
         }
@@ -202,6 +212,7 @@ impl Plan {
             grid_lo: grid.axes.map(|a| a.lo),
             inverse_edge: grid.axes.map(|a| a.inverse_edge),
             last_cell: grid.axes.map(|a| (a.cells - 1) as f64),
+            border: grid.axes.map(|a| a.border),
             origin: simulation_box.lo.into(),
             quanta,
             storage_inverse: std::array::from_fn(|a| f64::from(storage_bins[a]) / lengths[a]),
@@ -279,17 +290,20 @@ fn images(most: [u32; 3]) -> Vec<[i32; 4]> {
     all
 }
 
-/// For each octant the cells to look into, relative to the own one, each with the first of some octants one after the other
+/// For each octant (and where particles of an octant differ in that, for each set of axes along which the own cell is enough) the
+/// cells to look into, relative to the own one, each with the first of some octants one after the other
 /// that are wanted of it, and their number times 8: the searches' own rules, asked in the middle of an endless grid.
 fn visits(grid: &Grid) -> (Vec<[i32; 4]>, Vec<u32>) {
     const MIDDLE: i64 = 1 << 40;
     let endless = grid.axes.map(|axis| Axis { cells: 2 * MIDDLE, periodic: false, ..axis });
     let (mut all, mut starts) = (Vec::new(), vec![0]);
-    for octant in 0..OCTANTS as u8 {
+    let parts = if grid.midplane { OCTANTS as u8 } else { 1 };
+    for (octant, middle) in (0..OCTANTS as u8).flat_map(|octant| (0..parts).map(move |middle| (octant, middle))) {
         let half = |axis: usize| octant >> axis & 1;
-        endless[2].visits(MIDDLE, half(2), |z| {
-            endless[1].visits(MIDDLE, half(1), |y| {
-                endless[0].visits(MIDDLE, half(0), |x| {
+        let own = |axis: usize| middle >> axis & 1 != 0;
+        endless[2].visits(MIDDLE, half(2), own(2), |z| {
+            endless[1].visits(MIDDLE, half(1), own(1), |y| {
+                endless[0].visits(MIDDLE, half(0), own(0), |x| {
                     let wanted = |o: u8| x.halves >> (o & 1) & y.halves >> (o >> 1 & 1) & z.halves >> (o >> 2) & 1;
                     let [dx, dy, dz] = [x, y, z].map(|v| (v.cell - MIDDLE) as i32);
                     let mut first = 0;
@@ -325,4 +339,57 @@ fn storage_bins(given: &Given<'_>, radius: f64) -> Option<[u32; 3]> {
     let all = bins.product();
     let wanted = sort.every > 0 && bin > 0.0 && all > 1.0 && all <= BINS_PER_PARTICLE * given.n as f64 + 4096.0;
     wanted.then(|| [bins.x as u32, bins.y as u32, bins.z as u32])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::neighbor::SearchPlan;
+    use crate::system::{RanPark, Side};
+
+    /// Whether the table has particles of an octant (and axes along which their own cell is enough) look into an octant of the
+    /// cell `away`.
+    fn looks(grid: &Grid, table: &(Vec<[i32; 4]>, Vec<u32>), own: (u64, u8), away: [i32; 3], octant: u64) -> bool {
+        let parts = if grid.midplane { OCTANTS } else { 1 };
+        let place = own.0 as usize * parts + if grid.midplane { usize::from(own.1) } else { 0 };
+        let visits = &table.0[table.1[place] as usize..table.1[place + 1] as usize];
+        visits.iter().any(|visit| {
+            let (first, count) = (visit[3] % OCTANTS as i32, visit[3] / OCTANTS as i32);
+            visit[..3] == away && (first..first + count).contains(&(octant as i32))
+        })
+    }
+
+    #[test]
+    fn the_table_of_visits_misses_no_neighbor() {
+        let space = SimulationBox::new(Vec3::zeros(), Vec3::repeat(20.5), [[Side::Periodic; 2]; 3]);
+        let mut random = RanPark::new(17);
+        for name in
+            ["trimmed", "octant", "octant:2.52", "midplane:2", "midplane", "midplane:4", "standard:0.5", "standard"]
+        {
+            let plan: SearchPlan = name.parse().unwrap();
+            let grid = Grid::new(plan, &space, &space.lo, &space.hi, 1.0);
+            let table = visits(&grid);
+            let place = |x: &Vec3| {
+                let key = grid.key(x);
+                (grid.unhash(key.octant / OCTANTS as u64), key.octant % OCTANTS as u64, key.part)
+            };
+            let mut spared = 0;
+            for _ in 0..20_000 {
+                let x = Vec3::from_fn(|_, _| 20.5 * random.uniform());
+                let y = x + Vec3::from_fn(|_, _| 2.0 * random.uniform() - 1.0);
+                if (y - x).norm() > 1.0 || space.outside(&y).is_some() {
+                    continue;
+                }
+                let ((own, octant, part), (other, wanted, _)) = (place(&x), place(&y));
+                let away = [0, 1, 2].map(|axis| (other[axis] - own[axis]) as i32);
+                assert!(looks(&grid, &table, (octant, part), away, wanted), "{name}: {x} {y}");
+                // A group looks into what any of its particles needs: the axes that all of them may leave out.
+                if grid.midplane {
+                    spared += u32::from(part != 0);
+                    assert!((0..8).all(|others| looks(&grid, &table, (octant, part & others), away, wanted)), "{name}");
+                }
+            }
+            assert!(spared > 1000 || !grid.midplane || plan.edge() == 2.0, "{name}: {spared}");
+        }
+    }
 }

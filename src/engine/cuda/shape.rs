@@ -1,7 +1,8 @@
 //! What a scene's kernels are compiled for. Numbers are no part of it: they are parameters.
 
+use crate::dynamics::{Fix, Phase};
 use crate::engine::{Precision, Program};
-use crate::neighbor::Search;
+use crate::neighbor::{OCTANTS, Search};
 use crate::system::{GROUP_ALL, SimulationBox};
 
 /// Everything that decides the text of the kernels.
@@ -29,6 +30,10 @@ pub struct Shape {
     /// Cells far apart share a place in the table.
     pub folded: bool,
     pub compact: bool,
+    /// Particles of an octant differ in the cells they look into.
+    pub midplane: bool,
+    /// Bits of the axes whose cells are divided into halves.
+    pub octants: u32,
     /// Neighbor cutoffs differ between pairs of types.
     pub cutoffs: bool,
     pub rebuilds: bool,
@@ -39,6 +44,10 @@ pub struct Shape {
     pub masses: bool,
     /// Some fix acts on a part of the particles.
     pub groups: bool,
+    /// Some fix has coordinates, and positions are relative.
+    pub coordinates: bool,
+    /// Some fix acts on forces.
+    pub forces: bool,
     pub lanes: u32,
     /// Particles of an octant that a warp lists together, and warps that share an octant.
     pub group: u32,
@@ -68,7 +77,9 @@ impl Shape {
             inner: false,
             scaled: false,
             folded: false,
-            compact: program.search == Search::Trimmed,
+            compact: program.search.is_compact(),
+            midplane: program.search.search() == Search::Midplane,
+            octants: OCTANTS as u32 - 1,
             cutoffs: false,
             rebuilds: !policy.once,
             check: policy.check && !policy.once,
@@ -76,6 +87,8 @@ impl Shape {
             shrinks: simulation_box.shrinks(),
             masses: program.masses.windows(2).any(|pair| pair[0] != pair[1]),
             groups: program.fixes.iter().any(|fix| fix.group != GROUP_ALL),
+            coordinates: precision == Precision::Single && program.fixes.iter().any(has_coordinates),
+            forces: program.fixes.iter().any(|fix| fix.acts(Phase::Force)),
             lanes: 1,
             group: 32,
             slices: 1,
@@ -117,4 +130,8 @@ impl Shape {
     pub fn codes(&self) -> u32 {
         self.most_images.iter().map(|most| 2 * most + 1).product()
     }
+}
+
+fn has_coordinates(fix: &Fix) -> bool {
+    (0..fix.parameters.len()).any(|k| fix.coordinate(k).is_some())
 }

@@ -3,10 +3,10 @@
 use super::arrays;
 use super::layout::{Control, Limit, Order, Scene, numbers_text};
 use super::shape::Shape;
-use crate::dynamics::{Fix, FixStyle, FixVisitor, Motion, Step, with_fix};
+use crate::dynamics::{Fix, FixStyle, FixVisitor, Given, INWARD, Motion, Phase, Step, with_fix};
 use crate::engine::Program;
 use crate::neighbor::OCTANTS;
-use crate::neighbor::axis::{in_cells, locate};
+use crate::neighbor::axis::{in_cells, locate, middle};
 use crate::neighbor::search::{CELL_BITS, PART_BITS, SPREAD, row_major};
 use crate::neighbor::ties::{TieBox, hold, is_tied, tied_squared_distance};
 use crate::pair::truncation::{Cut, Shifted, Truncation};
@@ -70,7 +70,7 @@ pub fn pair_numbers(table: &PairTable, cutoff_squared: f64, pair: usize) -> Vec<
                 numbers.push(x);
                 x
             };
-            S::map(&S::params(&pair.coefficients, &table.settings), &mut add);
+            S::map(&S::params(&pair.coefficients, &table.settings, pair.cutoff), &mut add);
             if table.shift {
                 Shifted::map(&Shifted::params(pair.energy_at_cutoff), &mut add);
             }
@@ -138,6 +138,7 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("INDEX_BITS", shape.index_bits as usize),
         ("LANES", shape.lanes as usize),
         ("OCTANTS", OCTANTS),
+        ("DIVIDED", shape.octants as usize),
         ("PART_BITS", PART_BITS as usize),
         ("CELL_BITS", CELL_BITS as usize),
         ("GROUP", shape.group as usize),
@@ -155,6 +156,7 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("SHORT", shape.short_entries),
         ("INNER", shape.inner),
         ("COMPACT", shape.compact),
+        ("MIDPLANE", shape.midplane),
         ("CUTOFFS", shape.cutoffs),
         ("REBUILDS", shape.rebuilds),
         ("CHECK", shape.check),
@@ -162,6 +164,8 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("SHRINKS", shape.shrinks),
         ("MASSES", shape.masses),
         ("GROUPS", shape.groups),
+        ("COORDINATES", shape.coordinates),
+        ("FORCES", shape.forces),
     ];
     let mut text: String = values.iter().map(|(name, value)| format!("#define {name} {value}\n")).collect();
     text += &switches.iter().filter(|s| s.1).map(|(name, _)| format!("#define {name}\n")).collect::<String>();
@@ -185,7 +189,7 @@ fn pair_formulas(table: &PairTable, shape: &Shape) -> String {
             next += 1;
             tape.input(format!("p[{next}]"))
         };
-        let style = S::map(&S::params(&pair.coefficients, &table.settings), &mut input);
+        let style = S::map(&S::params(&pair.coefficients, &table.settings, pair.cutoff), &mut input);
         let truncation = T::map(&T::params(pair.energy_at_cutoff), &mut input);
         let value = T::apply(S::eval(tape.input("r2"), &style), &truncation);
         let (force, energy) = (("*force", value.force_over_r), ("*energy", value.energy));
@@ -202,46 +206,78 @@ fn pair_formulas(table: &PairTable, shape: &Shape) -> String {
     with_style(table.style, Trace(table, arithmetic)).expect("the scene names a registered pair style")
 }
 
-/// `fixes_initial` and `fixes_last`: all fixes of the scene, one after the other.
+/// `fixes_initial`, `fixes_force` and `fixes_last`: all fixes of the scene, one after the other. What is done to positions that
+/// have moved belongs to the first.
 fn fix_formulas(fixes: &[Fix], shape: &Shape) -> String {
-    struct Trace<'a>(&'a Fix, usize, Arithmetic, bool);
-    impl FixVisitor for Trace<'_> {
-        type Output = String;
-        fn visit<F: FixStyle>(self) -> String {
-            let Trace(fix, first, arithmetic, initial) = self;
-            let tape = Recording::start();
-            let three = |name: &str| std::array::from_fn(|a| tape.input(format!("{name}[{a}]")));
-            let mut motion = Motion { x: three("x"), v: three("v"), f: three("f") };
-            let step = Step { dt: tape.input("dt"), half_kick: tape.input("half_kick") };
-            let number = |k| tape.input(format!("(store)s.fix_parameters[{}]", first + k));
-            let parameters: Vec<Expr> = (0..fix.parameters.len()).map(number).collect();
-            if initial {
-                F::initial(&mut motion, &step, &parameters);
-            } else {
-                F::last(&mut motion, &step, &parameters);
-            }
-            let names = ["x[0]", "x[1]", "x[2]", "v[0]", "v[1]", "v[2]"];
-            let outputs: Vec<_> = names.into_iter().zip(motion.x.into_iter().chain(motion.v)).collect();
-            tape.print(&outputs, arithmetic, "t")
-        }
-    }
-    let arithmetic = if shape.double_store { Arithmetic::F64 } else { Arithmetic::F32 };
+    let store = if shape.double_store { Arithmetic::F64 } else { Arithmetic::F32 };
+    let real = if shape.double_pairs { Arithmetic::F64 } else { Arithmetic::F32 };
+    let moving = "store x[3], store v[3], const store f[3], store dt, store half_kick, u32 mask";
+    let functions: [(&str, String, &[Phase], Arithmetic); 3] = [
+        ("fixes_initial", format!("{moving}, const double* origin"), &[Phase::Initial, Phase::Moved], store),
+        ("fixes_force", "real f[3], real mass, u32 mask".into(), &[Phase::Force], real),
+        ("fixes_last", moving.into(), &[Phase::Last], store),
+    ];
     let mut text = String::new();
-    for (name, initial) in [("fixes_initial", true), ("fixes_last", false)] {
-        text += &format!(
-            "__device__ __forceinline__ void {name}(store x[3], store v[3], const store f[3], store dt, store half_kick, \
-             u32 mask, const Scene& s) {{\n"
-        );
-        let mut first = 0;
-        for fix in fixes {
-            let body = with_fix(fix.style, Trace(fix, first, arithmetic, initial)).expect("the fix is registered");
-            let condition = if fix.group == GROUP_ALL { String::new() } else { format!("if (mask & {}u) ", fix.group) };
-            text += &format!("    {condition}{{ // fix {}\n{body}    }}\n", fix.style);
-            first += fix.parameters.len();
+    for (name, arguments, phases, arithmetic) in functions {
+        text += &format!("__device__ __forceinline__ void {name}({arguments}, const Scene& s) {{\n");
+        for phase in phases {
+            let mut first = 0;
+            for fix in fixes {
+                if fix.acts(*phase) {
+                    let relative = !shape.double_store;
+                    let trace = TraceFix { fix, first, phase: *phase, arithmetic, relative };
+                    let body = with_fix(fix.style, trace).expect("the fix is registered");
+                    let condition =
+                        if fix.group == GROUP_ALL { String::new() } else { format!("if (mask & {}u) ", fix.group) };
+                    text += &format!("    {condition}{{ // fix {}\n{body}    }}\n", fix.style);
+                }
+                first += fix.parameters.len();
+            }
         }
         text += "}\n";
     }
     text
+}
+
+/// One phase of a fix as CUDA C.
+struct TraceFix<'a> {
+    fix: &'a Fix,
+    /// Its first parameter among those of all fixes.
+    first: usize,
+    phase: Phase,
+    arithmetic: Arithmetic,
+    /// Positions are displacements from `origin`.
+    relative: bool,
+}
+
+impl FixVisitor for TraceFix<'_> {
+    type Output = String;
+    fn visit<F: FixStyle>(self) -> String {
+        let Self { fix, first, phase, arithmetic, relative } = self;
+        let tape = Recording::start();
+        let three = |name: &str| std::array::from_fn(|a| tape.input(format!("{name}[{a}]")));
+        let mut motion = Motion { x: three("x"), v: three("v"), f: three("f") };
+        let step = Step { dt: tape.input("dt"), half_kick: tape.input("half_kick") };
+        let kind = if phase == Phase::Force { "real" } else { "store" };
+        let number = |k| {
+            let value = format!("s.fix_parameters[{}]", first + k);
+            tape.input(match F::coordinate(k) {
+                Some(axis) if relative => format!("({kind})(({value} - origin[{axis}]) * {INWARD:e})"),
+                _ => format!("({kind}){value}"),
+            })
+        };
+        let parameters: Vec<Expr> = (0..fix.parameters.len()).map(number).collect();
+        let given = Given { choice: fix.choice, parameters: &parameters };
+        match phase {
+            Phase::Initial => F::initial(&mut motion, &step, &given),
+            Phase::Moved => F::moved(&mut motion, &step, &given),
+            Phase::Force => F::force(&mut motion.f, tape.input("mass"), &given),
+            Phase::Last => F::last(&mut motion, &step, &given),
+        }
+        let names = ["x[0]", "x[1]", "x[2]", "v[0]", "v[1]", "v[2]", "f[0]", "f[1]", "f[2]"];
+        let values = motion.x.into_iter().chain(motion.v).chain(motion.f);
+        tape.print(&names.into_iter().zip(values).collect::<Vec<_>>(), arithmetic, "t")
+    }
 }
 
 /// Rules of cells and distances that host and device must round alike.
@@ -255,6 +291,12 @@ fn rules(shape: &Shape) -> String {
         "double x, double lo, double inverse_edge, double last, double* place, double* cell, double* eighth";
     let mut text = rule("void locate", arguments, &tape, &[("*place", place), ("*cell", cell), ("*eighth", eighth)]);
     text += &format!("__constant__ const u32 SPREAD[8] = {{{}}};\n", SPREAD.map(|bits| bits.to_string()).join(", "));
+    if shape.midplane {
+        let tape = Recording::start();
+        let [place, cell, border] = ["place", "cell", "border"].map(|name| tape.input(name));
+        let arguments = "double place, double cell, double border, double* middle";
+        text += &rule("void is_middle", arguments, &tape, &[("*middle", middle(place, cell, border))]);
+    }
     let tape = Recording::start();
     let number = row_major(three(&tape, "cell"), three(&tape, "cells"));
     text += &rule(

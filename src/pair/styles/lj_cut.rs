@@ -25,7 +25,7 @@ impl PairStyle for Style {
     ];
     type Params<R: Real> = Params<R>;
 
-    fn params(c: &[f64], _: &[f64]) -> Params<f64> {
+    fn params(c: &[f64], _: &[f64], _: f64) -> Params<f64> {
         let (epsilon, sigma) = (c[0], c[1]);
         let (sigma6, sigma12) = (sigma.powf(6.0), sigma.powf(12.0));
         Params {

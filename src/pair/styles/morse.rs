@@ -28,7 +28,7 @@ impl PairStyle for Style {
     ];
     type Params<R: Real> = Params<R>;
 
-    fn params(c: &[f64], _: &[f64]) -> Params<f64> {
+    fn params(c: &[f64], _: &[f64], _: f64) -> Params<f64> {
         let (depth, alpha, r0) = (c[0], c[1], c[2]);
         Params { depth, alpha, r0, slope: 2.0 * depth * alpha }
     }

@@ -23,7 +23,7 @@ impl PairStyle for Style {
         &[Coefficient { name: "A", dimension: Dimension::ENERGY_LENGTH, mix: Mix::Energy, least: None }];
     type Params<R: Real> = Params<R>;
 
-    fn params(c: &[f64], settings: &[f64]) -> Params<f64> {
+    fn params(c: &[f64], settings: &[f64], _: f64) -> Params<f64> {
         Params { strength: c[0], kappa: settings[0] }
     }
 

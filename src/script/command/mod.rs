@@ -34,7 +34,7 @@ pub use lattice::LatticeCommand;
 pub use mass::MassCommand;
 pub use neighbor::{NeighModifyCommand, NeighborCommand};
 pub use output_control::{EchoCommand, LogCommand, PrintCommand};
-pub use pair::{PairCoeffCommand, PairModifyCommand, PairStyleCommand};
+pub use pair::{PairCoeffCommand, PairModifyCommand, PairStyleCommand, PairWriteCommand};
 pub use read_data::ReadDataCommand;
 pub use region::RegionCommand;
 pub use run::RunCommand;
@@ -94,6 +94,7 @@ commands! {
     "pair_style" => PairStyle(PairStyleCommand),
     "pair_coeff" => PairCoeff(PairCoeffCommand),
     "pair_modify" => PairModify(PairModifyCommand),
+    "pair_write" => PairWrite(PairWriteCommand),
     "timestep" => Timestep(TimestepCommand),
     "reset_timestep" => ResetTimestep(ResetTimestepCommand),
     "thermo" => Thermo(ThermoCommand),

@@ -1,6 +1,7 @@
-//! Forces between pairs: `pair_style`, `pair_coeff`, `pair_modify`.
+//! Forces between pairs: `pair_style`, `pair_coeff`, `pair_modify`, `pair_write`.
 
 use super::rest;
+use crate::output::pair_table::Spacing;
 use crate::pair::Mixing;
 use crate::script::statement::{Args, Complaint, Name};
 
@@ -64,5 +65,44 @@ impl PairModifyCommand {
                 return Ok(command);
             }
         }
+    }
+}
+
+/// `pair_write ITYPE JTYPE N STYLE INNER OUTER FILE KEYWORD` (doc page `pair_write`).
+#[derive(Clone, Debug, PartialEq)]
+pub struct PairWriteCommand {
+    pub first: Name,
+    pub second: Name,
+    /// Rows of the table, at least 2.
+    pub count: usize,
+    pub spacing: Spacing,
+    /// First and last distance, length units; 0 < inner < outer.
+    pub inner: f64,
+    pub outer: f64,
+    pub file: Name,
+    pub keyword: Name,
+}
+
+impl PairWriteCommand {
+    pub fn parse(args: &mut Args<'_>) -> Result<Self, Complaint> {
+        let (first, second) = (args.name("an atom type")?, args.name("a second atom type")?);
+        let count = args.integer("a number of rows", 2)? as usize;
+        if args.peek() == Some("bitmap") {
+            return Err(Complaint::new(
+                args.position(),
+                "tables of style bitmap are not part of octant; available: r, rsq",
+            ));
+        }
+        let spacing = Spacing::ALL[args.choice("a style of table", &Spacing::NAMES)?];
+        let inner = args.number_where("an inner distance", "above 0", |r| r > 0.0)?;
+        let outer = args.number_where("an outer distance", &format!("above {inner}"), |r| r > inner)?;
+        let (file, keyword) = (args.name("a file name")?, args.name("a keyword")?);
+        if args.left() > 0 {
+            return Err(Complaint::new(
+                args.position(),
+                "expected the end of the line: charges are not part of octant",
+            ));
+        }
+        Ok(Self { first, second, count, spacing, inner, outer, file, keyword })
     }
 }

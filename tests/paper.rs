@@ -1,0 +1,137 @@
+//! The particle system of Morillo et al. 2015 (doi:10.2312/vriphys.20151339) as `inputs/paper/` has it: Table 1 at step 0, and
+//! both readings of the force with both integrators.
+
+#[path = "common/cli.rs"]
+mod cli;
+mod common;
+
+use std::f64::consts::PI;
+use std::fs;
+use std::sync::atomic::AtomicBool;
+
+use common::{arc, variants};
+use octant::dynamics::Phase;
+use octant::engine::{Needs, Stop};
+use octant::session::{FirstRun, Settings, first_run};
+
+/// Table 1, and the edge of the box over the influence radius that was chosen for it.
+const TABLE: [(usize, u32, &str); 8] = [
+    (1000, 10, "7.082"),
+    (2000, 13, "8.241"),
+    (5000, 17, "10.329"),
+    (10_000, 21, "12.199"),
+    (20_000, 30, "13.695"),
+    (50_000, 41, "16.838"),
+    (100_000, 50, "19.927"),
+    (200_000, 62, "23.436"),
+];
+
+fn script(size: usize) -> String {
+    let path = cli::root().join(format!("inputs/paper/{size}.in"));
+    fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+fn start(size: usize, variables: &[(&str, &str)]) -> FirstRun {
+    let variables = variables.iter().map(|(name, value)| (name.to_string(), value.to_string())).collect();
+    first_run("paper.in", &script(size), &Settings { variables, ..Settings::default() }).unwrap()
+}
+
+/// Mean number of others within R of one of `n` points that are even at random in a cube of edge R / s: the cube cuts the
+/// spheres of those near its sides (the distribution of distances in a cube, integrated).
+fn expected(n: usize, s: f64) -> f64 {
+    let part = 4.0 * PI * s.powi(3) / 3.0 - 3.0 * PI * s.powi(4) / 2.0 + 8.0 * s.powi(5) / 5.0 - s.powi(6) / 6.0;
+    (n - 1) as f64 * part
+}
+
+#[test]
+fn boxes_are_chosen_so_that_table_1_is_expected() {
+    for (size, neighbors, edge) in TABLE {
+        let count = expected(size, 1.0 / edge.parse::<f64>().unwrap());
+        assert!((count - f64::from(neighbors)).abs() < 2e-3 * f64::from(neighbors), "{size}: {count}");
+    }
+}
+
+#[test]
+fn table_1_holds_at_step_0() {
+    for variant in variants() {
+        for (size, neighbors, edge) in TABLE {
+            let FirstRun { program, state, simulation_box, step } = start(size, &[]);
+            assert_eq!(state.len(), size);
+            let radius = program.pair.largest_cutoff() + program.policy.skin;
+            assert_eq!((radius, simulation_box.lengths().x), (1.0, edge.parse().unwrap()));
+            let mut backend = variant.backend(2);
+            backend.load(arc(program), &state, &simulation_box, step).unwrap();
+            backend.set_up(Needs::default()).unwrap_or_else(|_| panic!("{}: {size}", variant.name));
+            // The particle itself is not counted.
+            let counts = backend.neighbor_counts().unwrap();
+            let mean = counts.iter().map(|n| f64::from(*n)).sum::<f64>() / size as f64;
+            // The number of pairs scatters as that of rare events does: by its square root, about.
+            let count = expected(size, 1.0 / simulation_box.lengths().x);
+            let scatter = (2.0 * count / size as f64).sqrt();
+            assert!((mean - count).abs() < 4.0 * scatter, "{}: {size}: {mean}, expected {count}", variant.name);
+            assert_eq!(mean.round() as u32, neighbors, "{}: {size}: {mean}", variant.name);
+        }
+    }
+}
+
+#[test]
+fn scripts_differ_in_size_and_edge_alone() {
+    let [(size, neighbors, edge), ..] = TABLE;
+    for (n, count, length) in TABLE {
+        let of = |size: usize, neighbors: u32, edge: &str| {
+            [
+                format!("section 6): {size} particles"),
+                format!("Table 1: {neighbors})"),
+                format!("variable n          index {size}\n"),
+                format!("variable edge       index {edge}\n"),
+            ]
+        };
+        let mut text = script(size);
+        for (from, to) in of(size, neighbors, edge).iter().zip(of(n, count, length)) {
+            assert_eq!(text.matches(from).count(), 1, "{from}");
+            text = text.replace(from, &to);
+        }
+        assert_eq!(text, script(n), "{n}");
+    }
+}
+
+#[test]
+fn both_forces_run_with_both_integrators() {
+    for variant in variants() {
+        for (force, style) in [("inverse", "inverse"), ("spring", "harmonic/cut")] {
+            for integrator in ["nve/euler2", "nve"] {
+                let variables = [("force", force), ("integrator", integrator)];
+                let FirstRun { program, state, simulation_box, step } = start(2000, &variables);
+                assert_eq!((program.pair.style, program.masses[0], program.timestep), (style, 3e-4, 2e-4));
+                // k, at a distance of half the cutoff: F = k / r, and F = k (R - r).
+                let pull = program.pair.evaluate(0, 0, 0.5).unwrap().force_over_r * 0.5;
+                assert_eq!(pull, if force == "inverse" { 7200.0 } else { 1800.0 });
+                let moving: Vec<_> = program.fixes.iter().filter(|fix| fix.acts(Phase::Initial)).collect();
+                assert!(moving.len() == 1 && moving[0].style == integrator);
+                let mut backend = variant.backend(2);
+                backend.load(arc(program), &state, &simulation_box, step).unwrap();
+                let ran = backend.set_up(Needs::default());
+                let ran = ran.and_then(|()| backend.advance(20, Needs::default(), &AtomicBool::new(false)).map(|_| ()));
+                if let Err(Stop::Fault(fault)) = ran {
+                    panic!("{} {force} {integrator}: {fault}", variant.name);
+                }
+                // A spring is not stiff enough to throw a particle out at once.
+                assert!(force == "inverse" || backend.lost() == 0, "{} {integrator}", variant.name);
+                assert_eq!(backend.statistics().builds, 20);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_force_or_integrator_that_is_none_is_refused() {
+    let refused = |name: &str| {
+        let settings = Settings { variables: vec![(name.into(), "sprung".into())], ..Settings::default() };
+        match first_run("paper.in", &script(1000), &settings) {
+            Ok(_) => panic!("there is no {name} of that name"),
+            Err(error) => error.to_string(),
+        }
+    };
+    assert!(refused("force").contains("there is no pair_style"), "{}", refused("force"));
+    assert!(refused("integrator").contains("fix style 'sprung' is not part of octant"), "{}", refused("integrator"));
+}
