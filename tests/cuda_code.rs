@@ -85,6 +85,25 @@ fn errors_show_the_line_of_the_source() {
 }
 
 #[test]
+fn wide_skins_have_an_inner_list_and_long_rows_short_entries() {
+    let defines = |skin: f64, (state, space): &(State, SimulationBox), precision: Precision| {
+        let units = units_of(&program(&[2.5], skin, Search::Trimmed), state, space, precision);
+        let has = |name: &str| units[0].text.contains(&format!("#define {name}\n"));
+        (has("INNER"), has("SHORT"))
+    };
+    let (few, many) = (melt(10), melt(22));
+    for precision in Precision::ALL {
+        let short = precision != Precision::Double;
+        assert_eq!(defines(0.3, &few, precision), (false, false), "{precision:?}");
+        assert_eq!(defines(0.8, &few, precision), (true, false), "{precision:?}");
+        assert_eq!(defines(0.3, &many, precision), (false, short), "{precision:?}");
+        assert_eq!(defines(0.8, &many, precision), (true, short), "{precision:?}");
+        // Fewer particles than octants.
+        assert_eq!(defines(0.3, &gas(40_000, 150.0, Side::Periodic), precision), (false, false), "{precision:?}");
+    }
+}
+
+#[test]
 fn entry_points_take_what_the_host_gives() {
     if !is_there() {
         return;

@@ -45,6 +45,8 @@ fn scenes() -> Vec<Scene> {
     }
     add("large".into(), program(&[2.5], 0.3, Search::Trimmed), gas(200_000, 60.0, Side::Periodic));
     add("middling".into(), program(&[2.5], 0.3, Search::Trimmed), gas(60_000, 40.0, Side::Periodic));
+    add("wide skin".into(), program(&[2.5], 0.8, Search::Trimmed), gas(60_000, 40.0, Side::Periodic));
+    add("wide skin, types, few".into(), program(&[2.5, 2.0], 0.8, Search::Trimmed), gas(2000, 14.0, Side::Periodic));
     add("small box".into(), program(&[2.5, 2.0], 0.3, Search::Trimmed), gas(10, 4.0, Side::Periodic));
     add("free".into(), program(&[2.5], 0.3, Search::Trimmed), gas(500, 20.0, Side::Fixed));
     add("shrinking".into(), program(&[2.5], 0.3, Search::Trimmed), gas(500, 20.0, Side::Shrink));

@@ -230,11 +230,13 @@ fn searches_test_as_many_distances_as_their_cells_hold() {
             (Search::Midplane, 4.0, 216.0),
         ] {
             let found = with(search, edge);
-            // Groups of particles share what any of them looks into.
-            let shared = if search == Search::Midplane && !variant.name.starts_with("cpu") { 1.5 } else { 1.05 };
-            assert!(found > 0.95 * cubes && found < shared * cubes, "{} {search:?} {edge}: {found}", variant.name);
+            // Groups of particles share what any of them looks into: on a GPU, all of an octant that has so few.
+            let on_gpu = !variant.name.starts_with("cpu");
+            let most = if search == Search::Midplane && on_gpu { with(Search::Octant, edge) } else { 1.05 * cubes };
+            assert!(found > 0.95 * cubes && found < most, "{} {search:?} {edge}: {found}", variant.name);
         }
-        assert!(with(Search::Midplane, 2.52) < 0.8 * with(Search::Octant, 2.52), "{}", variant.name);
+        let less = if variant.name.starts_with("cpu") { 0.8 } else { 1.0 };
+        assert!(with(Search::Midplane, 2.52) < less * with(Search::Octant, 2.52), "{}", variant.name);
         assert!(tests(Search::Trimmed.plan()) < 27.0 * 1.05, "{}", variant.name);
     }
 }
