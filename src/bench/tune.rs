@@ -10,7 +10,7 @@ use crate::engine::tuned::{Choices, Found, Table};
 use crate::session::{Driven, Prepared, Settings};
 
 /// Skins that are tried, in tenths of sigma.
-const TENTHS: std::ops::RangeInclusive<u32> = 2..=10;
+const TENTHS: std::ops::RangeInclusive<u32> = 2..=14;
 
 /// Particles a group and warps an octant that are tried.
 const GROUPS: [(u32, u32); 6] = [(32, 1), (16, 2), (16, 4), (8, 8), (8, 16), (4, 32)];

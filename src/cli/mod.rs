@@ -161,7 +161,7 @@ struct BenchArgs {
     /// Write the table as CSV, with all columns.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Try skins of 0.2 to 1.0 and, on a GPU, ways to make the kernels, and write a table with the fastest to FILE.
+    /// Try skins of 0.2 to 1.4 and, on a GPU, ways to make the kernels, and write a table with the fastest to FILE.
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "tuned.txt", conflicts_with_all = ["csv", "skin"])]
     tune: Option<PathBuf>,
 }
