@@ -84,7 +84,7 @@ fn a_tuning_run_writes_the_table() {
     let folder = Folder::new("bench-tune");
     let said = folder.says("bench --backend cpu --sizes 500 --steps 20 --rounds 1 --precision mixed --tune t.txt");
     assert_eq!(said.matches(", the fastest").count(), 1, "{said}");
-    assert_eq!(said.matches("500 atoms, mixed").count(), 9, "{said}");
+    assert_eq!(said.matches("500 atoms, mixed").count(), 13, "{said}");
     let best = said.lines().find(|l| l.contains("the fastest")).unwrap();
     let skin: f64 = best.split("skin ").nth(1).unwrap().split(':').next().unwrap().parse().unwrap();
     let table = octant::engine::tuned::Table::read(&folder.read("t.txt")).unwrap();
