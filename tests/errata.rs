@@ -1,5 +1,5 @@
 //! What is printed in Morillo et al. 2015 (doi:10.2312/vriphys.20151339) and does not hold as it stands: each rule as the paper
-//! has it, a counter-example to it, and what octant does there. `docs/paper-errata.md` tells the same in words.
+//! has it, a counter-example to it, and what octant does there. `validation/paper-errata.md` tells the same in words.
 
 mod common;
 

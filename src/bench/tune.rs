@@ -1,12 +1,11 @@
 //! The tuning run: which skin and which kernels are the fastest, by size and precision.
 
-use std::time::{SystemTime, UNIX_EPOCH};
-
 use super::measure::{Case, go, melt};
 use super::row::Spread;
 use super::{Ended, Halt, Options, Plan, Said, cases, fits};
 use crate::Error;
 use crate::engine::tuned::{Choices, Found, Table};
+use crate::output::calendar::today;
 use crate::session::{Driven, Prepared, Settings};
 
 /// Skins that are tried, in tenths of sigma.
@@ -141,42 +140,9 @@ fn ranges<T: Copy>(best: &[(usize, T)]) -> Vec<(usize, T)> {
     (0..best.len()).map(|k| (if k == 0 { 0 } else { middle(k) }, best[k].1)).collect()
 }
 
-/// The date in UTC, "2026-11-24".
-fn today() -> String {
-    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
-    date(seconds / 86_400)
-}
-
-/// The date so many days after 1970-01-01, in the calendar of today.
-fn date(days: u64) -> String {
-    let leap = |year: u64| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
-    let (mut year, mut left) = (1970, days);
-    while left >= 365 + u64::from(leap(year)) {
-        left -= 365 + u64::from(leap(year));
-        year += 1;
-    }
-    let february = 28 + u64::from(leap(year));
-    let mut month = 1;
-    for length in [31, february, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31] {
-        if left < length {
-            break;
-        }
-        left -= length;
-        month += 1;
-    }
-    format!("{year}-{month:02}-{:02}", left + 1)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn days_become_dates() {
-        let of = [0, 58, 59, 365, 11_016, 11_017, 20_781].map(date);
-        let known = ["1970-01-01", "1970-02-28", "1970-03-01", "1971-01-01", "2000-02-29", "2000-03-01", "2026-11-24"];
-        assert_eq!(of, known);
-    }
 
     #[test]
     fn skins_hold_from_between_the_sizes() {

@@ -1,5 +1,6 @@
 //! What the user sees: log, thermo table, dumps, trajectories, reports.
 
+pub mod calendar;
 pub mod columns;
 pub mod console;
 pub mod dump;

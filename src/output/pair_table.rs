@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use std::fs::{self, OpenOptions};
 use std::io::Write as _;
 use std::path::Path;
-use std::time::{SystemTime, UNIX_EPOCH};
 
+use super::calendar::today;
 use super::printf::format_g;
 use crate::pair::PairTable;
 
@@ -110,28 +110,6 @@ pub fn check_units(text: &str, units: &str) -> Result<(), String> {
     }
 }
 
-/// Year-month-day in UTC.
-fn today() -> String {
-    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
-    let (year, month, day) = civil((seconds / 86_400) as i64);
-    format!("{year}-{month:02}-{day:02}")
-}
-
-/// Year, month and day of a number of days since 1970-01-01, in the Gregorian calendar. Years begin in March, so that the leap
-/// day is the last of one.
-fn civil(days: i64) -> (i64, i64, i64) {
-    // Days of 400 years, and of the years before 1970 that begin with one whose number is a multiple of 400.
-    const ERA: i64 = 146_097;
-    const BEFORE: i64 = 719_468;
-    let (era, day) = ((days + BEFORE).div_euclid(ERA), (days + BEFORE).rem_euclid(ERA));
-    let year = (day - day / 1460 + day / 36_524 - day / (ERA - 1)) / 365;
-    let day = day - (365 * year + year / 4 - year / 100);
-    let month = (5 * day + 2) / 153;
-    let first = (153 * month + 2) / 5;
-    let month_of_year = if month < 10 { month + 3 } else { month - 9 };
-    (year + era * 400 + i64::from(month_of_year <= 2), month_of_year, day - first + 1)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -168,12 +146,6 @@ mod tests {
             text.contains("\n       2  1.58113883008419       -0.239616              -0.847105879961649    \n"),
             "{text}"
         );
-    }
-
-    #[test]
-    fn days_have_their_dates() {
-        assert_eq!([civil(0), civil(59), civil(11_016)], [(1970, 1, 1), (1970, 3, 1), (2000, 2, 29)]);
-        assert_eq!([civil(11_017), civil(20_783), civil(-1)], [(2000, 3, 1), (2026, 11, 26), (1969, 12, 31)]);
     }
 
     #[test]
