@@ -33,6 +33,7 @@ pub fn explain(engine: &Engine) -> Vec<String> {
         ),
         (shape.periodic == 0, "wrapping (no periodic side)"),
         (!shape.folded, "sharing of table places (the grid is small)"),
+        (!shape.inner, "inner list (the skin is narrow)"),
         (!shape.storage_sort, "sort of storage order"),
         (!shape.double_pairs, "f64 in the pair loop"),
     ] {
@@ -45,7 +46,8 @@ pub fn explain(engine: &Engine) -> Vec<String> {
     let each: usize = arrays(shape).iter().map(|a| columns(a.count) * a.entry.1).sum();
     let atoms = f64::from(engine.control.n.max(1));
     let (entries, tests) = (engine.control.entries as f64 / atoms, engine.control.tests as f64 / atoms);
-    let list = f64::from(plan.scene.capacity) * shape.entry() as f64;
+    let lists = 1 + usize::from(shape.inner);
+    let list = f64::from(plan.scene.capacity) * (lists * shape.entry()) as f64;
     lines.push(format!(
         "An atom: {each} bytes of arrays and {list:.0} of list; {entries:.1} list entries out of {tests:.0} distances tested"
     ));
