@@ -19,7 +19,7 @@ export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 FLAGS := --release
 
 .DEFAULT_GOAL := help
-.PHONY: help run build test test-rust test-minimal test-python lint validate bench bench-quick bench-gpu gpu-bundle gpu-peers fuzz clean check-tools
+.PHONY: help run build test test-rust test-minimal test-python lint validate bench bench-quick bench-gpu paper gpu-bundle gpu-peers fuzz clean check-tools
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1|\2/' | column -t -s '|' 2>/dev/null \
@@ -60,6 +60,10 @@ bench-quick: build $(VENV)/.bench ## a minute of whole runs, results in output/b
 
 bench-gpu: build $(VENV)/.bench-gpu ## octant bench of every size beside OpenMM on this machine's GPU; results in output/bench-gpu/
 	$(VENV)/bin/python -m validation.bench.gpu
+
+paper: build ## experiments of the paper behind the octant search, on the GPU where there is one; tables and figures in output/paper/
+	$(TARGET)/release/octant paper --out output/paper
+	$(VENV)/bin/python -m validation.paper output/paper
 
 gpu-peers: $(VENV)/.ready ## OpenMM's wheels for a GPU machine without network (Python 3.12): bundle/gpu-peers/, to lie beside the bundle
 	$(PIP) download --quiet --no-deps --only-binary=:all: --python-version 3.12 --implementation cp \

@@ -12,29 +12,12 @@ use octant::engine::cpu::{CpuBackend, CpuOptions};
 use octant::engine::{Backend, Needs, Precision};
 use octant::neighbor::{Cells, Grid, SearchPlan};
 use octant::pair::PairCoefficients;
+use octant::paper::SEARCHES;
 use octant::system::{SimulationBox, State, Vec3};
 
 /// Particles, and the edge of their box in cutoffs.
 const COUNT: u32 = 20_000;
 const EDGE: f64 = 13.695;
-
-/// Searches, those that the paper compares among them.
-const PLANS: [&str; 14] = [
-    "trimmed",
-    "trimmed:2.52",
-    "trimmed:4",
-    "octant",
-    "octant:2.52",
-    "octant:4",
-    "midplane:2",
-    "midplane",
-    "midplane:4",
-    "standard:0.5",
-    "standard",
-    "standard:2",
-    "standard:2.52",
-    "standard:4",
-];
 
 fn points() -> (State, SimulationBox) {
     let mut noise = Noise(2015);
@@ -47,7 +30,7 @@ fn points() -> (State, SimulationBox) {
 
 fn search(c: &mut Criterion) {
     let (state, space) = points();
-    let plans: Vec<SearchPlan> = PLANS.iter().map(|plan| plan.parse().expect("a search")).collect();
+    let plans: Vec<SearchPlan> = SEARCHES.iter().map(|plan| plan.parse().expect("a search")).collect();
 
     let mut group = c.benchmark_group("cells");
     group.throughput(Throughput::Elements(COUNT.into())).sample_size(20);

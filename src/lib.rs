@@ -8,6 +8,7 @@ pub mod error;
 pub mod neighbor;
 pub mod output;
 pub mod pair;
+pub mod paper;
 pub mod real;
 pub mod scene;
 pub mod script;

@@ -5,26 +5,14 @@
 mod cli;
 mod common;
 
-use std::f64::consts::PI;
 use std::fs;
 use std::sync::atomic::AtomicBool;
 
 use common::{arc, variants};
 use octant::dynamics::Phase;
 use octant::engine::{Needs, Stop};
+use octant::paper::{Published, TABLE_1, expected_neighbors};
 use octant::session::{FirstRun, Settings, first_run};
-
-/// Table 1, and the edge of the box over the influence radius that was chosen for it.
-const TABLE: [(usize, u32, &str); 8] = [
-    (1000, 10, "7.082"),
-    (2000, 13, "8.241"),
-    (5000, 17, "10.329"),
-    (10_000, 21, "12.199"),
-    (20_000, 30, "13.695"),
-    (50_000, 41, "16.838"),
-    (100_000, 50, "19.927"),
-    (200_000, 62, "23.436"),
-];
 
 fn script(size: usize) -> String {
     let path = cli::root().join(format!("inputs/paper/{size}.in"));
@@ -36,29 +24,22 @@ fn start(size: usize, variables: &[(&str, &str)]) -> FirstRun {
     first_run("paper.in", &script(size), &Settings { variables, ..Settings::default() }).unwrap()
 }
 
-/// Mean number of others within R of one of `n` points that are even at random in a cube of edge R / s: the cube cuts the
-/// spheres of those near its sides (the distribution of distances in a cube, integrated).
-fn expected(n: usize, s: f64) -> f64 {
-    let part = 4.0 * PI * s.powi(3) / 3.0 - 3.0 * PI * s.powi(4) / 2.0 + 8.0 * s.powi(5) / 5.0 - s.powi(6) / 6.0;
-    (n - 1) as f64 * part
-}
-
 #[test]
 fn boxes_are_chosen_so_that_table_1_is_expected() {
-    for (size, neighbors, edge) in TABLE {
-        let count = expected(size, 1.0 / edge.parse::<f64>().unwrap());
-        assert!((count - f64::from(neighbors)).abs() < 2e-3 * f64::from(neighbors), "{size}: {count}");
+    for Published { particles, neighbors, edge } in TABLE_1 {
+        let count = expected_neighbors(particles, edge);
+        assert!((count - f64::from(neighbors)).abs() < 2e-3 * f64::from(neighbors), "{particles}: {count}");
     }
 }
 
 #[test]
 fn table_1_holds_at_step_0() {
     for variant in variants() {
-        for (size, neighbors, edge) in TABLE {
+        for Published { particles: size, neighbors, edge } in TABLE_1 {
             let FirstRun { program, state, simulation_box, step } = start(size, &[]);
             assert_eq!(state.len(), size);
             let radius = program.pair.largest_cutoff() + program.policy.skin;
-            assert_eq!((radius, simulation_box.lengths().x), (1.0, edge.parse().unwrap()));
+            assert_eq!((radius, simulation_box.lengths().x), (1.0, edge));
             let mut backend = variant.backend(2);
             backend.load(arc(program), &state, &simulation_box, step).unwrap();
             backend.set_up(Needs::default()).unwrap_or_else(|_| panic!("{}: {size}", variant.name));
@@ -66,7 +47,7 @@ fn table_1_holds_at_step_0() {
             let counts = backend.neighbor_counts().unwrap();
             let mean = counts.iter().map(|n| f64::from(*n)).sum::<f64>() / size as f64;
             // The number of pairs scatters as that of rare events does: by its square root, about.
-            let count = expected(size, 1.0 / simulation_box.lengths().x);
+            let count = expected_neighbors(size, edge);
             let scatter = (2.0 * count / size as f64).sqrt();
             assert!((mean - count).abs() < 4.0 * scatter, "{}: {size}: {mean}, expected {count}", variant.name);
             assert_eq!(mean.round() as u32, neighbors, "{}: {size}: {mean}", variant.name);
@@ -76,9 +57,9 @@ fn table_1_holds_at_step_0() {
 
 #[test]
 fn scripts_differ_in_size_and_edge_alone() {
-    let [(size, neighbors, edge), ..] = TABLE;
-    for (n, count, length) in TABLE {
-        let of = |size: usize, neighbors: u32, edge: &str| {
+    let [first, ..] = TABLE_1;
+    for other in TABLE_1 {
+        let of = |Published { particles: size, neighbors, edge }| {
             [
                 format!("section 6): {size} particles"),
                 format!("Table 1: {neighbors})"),
@@ -86,12 +67,12 @@ fn scripts_differ_in_size_and_edge_alone() {
                 format!("variable edge       index {edge}\n"),
             ]
         };
-        let mut text = script(size);
-        for (from, to) in of(size, neighbors, edge).iter().zip(of(n, count, length)) {
+        let mut text = script(first.particles);
+        for (from, to) in of(first).iter().zip(of(other)) {
             assert_eq!(text.matches(from).count(), 1, "{from}");
             text = text.replace(from, &to);
         }
-        assert_eq!(text, script(n), "{n}");
+        assert_eq!(text, script(other.particles), "{}", other.particles);
     }
 }
 

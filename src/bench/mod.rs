@@ -12,9 +12,9 @@ mod tune;
 use crate::Error;
 use crate::engine::tuned::Table;
 use crate::engine::{Backend, Precision};
-use crate::session::Settings;
+use crate::session::{Prepared, Settings};
 use measure::Case;
-pub use row::{Row, write_csv};
+pub use row::{Row, Spread, write_csv};
 pub use scene::Scene;
 pub use sizes::{Cells, FEWEST, MOST};
 pub use tune::{Tried, tune};
@@ -53,7 +53,7 @@ pub enum Ended {
 }
 
 /// Why a measurement stopped.
-enum Halt {
+pub(crate) enum Halt {
     Interrupted,
     Error(Error),
 }
@@ -65,10 +65,10 @@ impl From<Error> for Halt {
 }
 
 /// The engine in words.
-struct Machine {
-    backend: String,
-    device: String,
-    driver: String,
+pub(crate) struct Machine {
+    pub backend: String,
+    pub device: String,
+    pub driver: String,
     /// As the table of choices has it.
     architecture: String,
     /// Holds the device, so that no row has the driver's own start in it.
@@ -76,7 +76,8 @@ struct Machine {
 }
 
 impl Machine {
-    fn new(settings: &Settings) -> Result<(Self, Option<String>), Error> {
+    /// Of the engine that the settings ask for, and a line for the user where it is not the one that was hoped for.
+    pub fn new(settings: &Settings) -> Result<(Self, Option<String>), Error> {
         let (backend, note) = settings.engine()?;
         // "cuda, NVIDIA H100, mixed precision", "cpu, 2 threads, mixed precision, avx2".
         let words = backend.describe();
@@ -123,6 +124,12 @@ impl Plan {
         }
         Ok(skin)
     }
+}
+
+/// The liquid of about so many atoms, melted, with a skin in sigma.
+pub(crate) fn liquid(atoms: usize, skin: f64, settings: &Settings) -> Result<Prepared, Halt> {
+    let case = Case { scene: Scene::Lj, asked: atoms, cells: Cells::nearest(atoms) };
+    measure::melt(&case, skin, settings).map(|(melted, _)| melted)
 }
 
 /// Whether the nearest image is enough for a list with this skin.

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::Error;
+use crate::output;
 use crate::output::printf::format_g;
-use crate::output::write_whole;
 
 /// Median, least and most over the rounds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,7 +24,7 @@ impl Spread {
         Self { median, least: sorted[0], most: sorted[n - 1] }
     }
 
-    fn scaled(self, by: f64) -> Self {
+    pub fn scaled(self, by: f64) -> Self {
         Self { median: self.median * by, least: self.least * by, most: self.most * by }
     }
 }
@@ -224,19 +224,10 @@ fn line(cells: impl Iterator<Item = (String, usize)>) -> String {
 
 /// Writes the table, whole or not at all.
 pub fn write_csv(path: &Path, rows: &[Row]) -> Result<(), Error> {
-    let quoted = |cell: &str| {
-        if cell.contains([',', '"', '\n']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.to_string() }
-    };
-    let written = write_whole(path, |out| {
-        let heads: Vec<&str> = Row::default().cells().into_iter().map(|(head, _)| head).collect();
-        writeln!(out, "{}", heads.join(","))?;
-        for row in rows {
-            let cells: Vec<String> = row.cells().iter().map(|(_, cell)| quoted(cell)).collect();
-            writeln!(out, "{}", cells.join(","))?;
-        }
-        Ok(())
-    });
-    written.map_err(|e| Error::file(path, "cannot write", e))
+    let heads: Vec<&str> = Row::default().cells().into_iter().map(|(head, _)| head).collect();
+    let cells: Vec<Vec<String>> =
+        rows.iter().map(|row| row.cells().into_iter().map(|(_, cell)| cell).collect()).collect();
+    output::write_csv(path, &heads, &cells)
 }
 
 #[cfg(test)]

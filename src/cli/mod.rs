@@ -10,6 +10,7 @@ macro_rules! say {
 mod bench;
 mod info;
 mod neighbors;
+mod paper;
 mod run;
 
 use std::io::{IsTerminal, Write};
@@ -44,6 +45,9 @@ enum Command {
     /// Measure speed, error and memory of the Lennard-Jones liquid of LAMMPS's bench/in.lj.
     #[command(after_help = BENCH_HELP)]
     Bench(BenchArgs),
+    /// Rerun the experiments of the paper that the octant search was published in, and some it leaves out.
+    #[command(after_help = PAPER_HELP)]
+    Paper(PaperArgs),
     /// Version, devices, styles and trajectory formats.
     Info,
 }
@@ -166,6 +170,35 @@ struct BenchArgs {
     tune: Option<PathBuf>,
 }
 
+/// What `octant paper --help` tells below the options.
+const PAPER_HELP: &str = "\
+Morillo et al. 2015, doi:10.2312/vriphys.20151339. table1.csv: neighbors of a particle at step 0, counted, expected and published.
+figure4.csv: time of the search against adjacent cells that hold particles, one direction at a time. figure5.csv: time of list builds
+by search, edge of the cells and number of particles, the sort included and excluded, with distance tests, hit ratio and memory.
+distributions.csv: the same for uniform, liquid, clustered and dense particles. Particles stand still while lists are timed. Exit code
+1: two searches found different numbers of neighbors.";
+
+#[derive(Args)]
+struct PaperArgs {
+    #[command(flatten)]
+    engine: EngineArgs,
+    /// Arithmetic: all f32; f64 positions and f32 pairs; all f64.
+    #[arg(long, value_enum, default_value_t)]
+    precision: PrecisionArg,
+    /// Rounds of each time, and seeds of Table 1; tables have median, least and most [default: 5, quick: 2].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    rounds: Option<u16>,
+    /// Numbers of particles of figure 5 [default: the paper's eight, 1000 to 200000; quick: 1000,5000].
+    #[arg(long, value_name = "N,..", value_delimiter = ',', value_parser = size)]
+    sizes: Option<Vec<usize>>,
+    /// Small sizes and short rounds: shows that everything works, in less than a minute.
+    #[arg(long)]
+    quick: bool,
+    /// Folder for the CSV files; it is made if need be.
+    #[arg(long, value_name = "DIR", default_value = "output/paper")]
+    out: PathBuf,
+}
+
 /// A value, or that the program shall find one.
 #[derive(Clone, Copy)]
 struct Auto<T>(Option<T>);
@@ -275,6 +308,7 @@ pub fn main() -> ExitCode {
         Command::Check(args) => run::check(args),
         Command::Neighbors(args) => neighbors::neighbors(args),
         Command::Bench(args) => bench::bench(args),
+        Command::Paper(args) => paper::paper(args),
         Command::Info => info::info(),
     };
     match result {

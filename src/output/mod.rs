@@ -3,6 +3,7 @@
 pub mod calendar;
 pub mod columns;
 pub mod console;
+pub mod csv;
 pub mod dump;
 pub mod facts;
 pub mod json;
@@ -17,6 +18,7 @@ pub mod whole_file;
 pub mod writable;
 
 pub use console::{Console, Echo};
+pub use csv::write_csv;
 pub use dump::{DumpObserver, WrittenFile, open_dump};
 pub use facts::SceneFacts;
 pub use json::{MemoryReport, NeighborReport, Report, TimingReport};

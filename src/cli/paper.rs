@@ -1,0 +1,82 @@
+//! `octant paper`.
+
+use std::fs;
+use std::path::Path;
+use std::process::ExitCode;
+
+use super::PaperArgs;
+use super::run::INTERRUPTED;
+use crate::Error;
+use crate::bench::Ended;
+use crate::engine::Precision;
+use crate::output::{check_writable, write_csv};
+use crate::paper::{self, Experiment, Options, Row, Said, TABLE_1};
+use crate::session::{self, Settings};
+
+/// Sizes, rounds and seconds of a round, in full and with `--quick`.
+const ROUNDS: usize = 5;
+const ROUND_SECONDS: f64 = 0.1;
+const QUICK_SIZES: [usize; 2] = [1000, 5000];
+const QUICK_ROUNDS: usize = 2;
+const QUICK_ROUND_SECONDS: f64 = 0.01;
+
+/// Runs the experiments; prints rows as they come and writes a file for each experiment.
+pub fn paper(args: PaperArgs) -> Result<ExitCode, Error> {
+    let full: Vec<usize> = TABLE_1.iter().map(|of| of.particles).collect();
+    let (sizes, rounds, round_seconds) = match args.quick {
+        true => (QUICK_SIZES.to_vec(), QUICK_ROUNDS, QUICK_ROUND_SECONDS),
+        false => (full, ROUNDS, ROUND_SECONDS),
+    };
+    let settings =
+        Settings { precision: Precision::ALL[args.precision as usize], quiet: true, ..args.engine.settings() };
+    settings.check()?;
+    let options = Options {
+        settings,
+        sizes: args.sizes.unwrap_or(sizes),
+        rounds: args.rounds.map_or(rounds, usize::from),
+        round_seconds,
+    };
+    let out = args.out.as_path();
+    fs::create_dir_all(out).map_err(|e| Error::file(out, "cannot create the folder", e))?;
+    for experiment in paper::experiments() {
+        let path = out.join(experiment.name).with_extension("csv");
+        check_writable(&path).map_err(|m| Error::Unavailable(format!("--out {}: {m}", out.display())))?;
+    }
+    session::stop_on_interrupt(INTERRUPTED.into())?;
+    run(&options, out)
+}
+
+fn run(options: &Options, out: &Path) -> Result<ExitCode, Error> {
+    let (mut current, mut rows, mut written): (Option<&Experiment>, Vec<Row>, _) = (None, Vec::new(), Ok(()));
+    let ended = paper::run(options, &mut |said| match said {
+        Said::Note(note) => {
+            say!("{note}");
+        }
+        Said::Begin(experiment) => {
+            say!("{}{}\n", if current.is_some() { "\n" } else { "" }, experiment.title);
+            say!("{}", experiment.heads());
+            (current, rows) = (Some(experiment), Vec::new());
+        }
+        Said::Row(row) => {
+            let Some(experiment) = current else { return };
+            say!("{}", experiment.table_line(&row));
+            rows.push(row);
+            // Experiments that are cut off leave the rows so far.
+            if written.is_ok() {
+                written = write(experiment, out, &rows);
+            }
+        }
+    })?;
+    written?;
+    if ended == Ended::Interrupted {
+        return Ok(INTERRUPTED.into());
+    }
+    say!("\nWrote {}", out.display());
+    Ok(ExitCode::SUCCESS)
+}
+
+fn write(experiment: &Experiment, out: &Path, rows: &[Row]) -> Result<(), Error> {
+    let heads: Vec<&str> = rows.first().map_or(Vec::new(), |row| row.iter().map(|(head, _)| *head).collect());
+    let cells: Vec<Vec<String>> = rows.iter().map(|row| row.iter().map(|(_, cell)| cell.clone()).collect()).collect();
+    write_csv(&out.join(experiment.name).with_extension("csv"), &heads, &cells)
+}

@@ -1,0 +1,72 @@
+//! `octant paper`: the experiments of Morillo et al. 2015 (doi:10.2312/vriphys.20151339), and those it leaves out, on any engine.
+
+mod experiment;
+mod figure4;
+mod measure;
+mod scenes;
+mod searches;
+mod table1;
+
+use crate::Error;
+use crate::bench::{Ended, Halt, Machine};
+use crate::session::Settings;
+pub use experiment::{Experiment, Row};
+use measure::Lab;
+pub use searches::SEARCHES;
+pub use table1::{Published, TABLE_1, expected_neighbors};
+
+/// What to measure and how.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Engine, device, threads, precision.
+    pub settings: Settings,
+    /// Numbers of particles of figure 5; the largest is, within bounds, that of figure 4 and of the distributions.
+    pub sizes: Vec<usize>,
+    /// Rounds of each time, and seeds of Table 1.
+    pub rounds: usize,
+    /// Seconds of a round, about; a build at least.
+    pub round_seconds: f64,
+}
+
+/// What comes out as it is measured.
+pub enum Said {
+    /// Something to know.
+    Note(String),
+    /// An experiment begins.
+    Begin(&'static Experiment),
+    /// A row of the experiment that began last.
+    Row(Row),
+}
+
+/// The experiments, in the order in which they are run.
+pub fn experiments() -> [&'static Experiment; 4] {
+    [&table1::EXPERIMENT, &figure4::EXPERIMENT, &searches::FIGURE_5, &searches::DISTRIBUTIONS]
+}
+
+/// Runs all experiments; `say` gets every row as soon as it is there. An error where the engine cannot be had or fails, or where two
+/// searches find different numbers of neighbors.
+pub fn run(options: &Options, say: &mut dyn FnMut(Said)) -> Result<Ended, Error> {
+    options.settings.check()?;
+    let (machine, note) = Machine::new(&options.settings)?;
+    if let Some(note) = note {
+        say(Said::Note(note));
+    }
+    let Options { rounds, round_seconds, .. } = *options;
+    let lab = Lab { settings: options.settings.clone(), machine, rounds, round_seconds };
+    for experiment in experiments() {
+        say(Said::Begin(experiment));
+        let found = &mut |row| say(Said::Row(row));
+        let ran = match experiment.name {
+            "table1" => table1::run(&lab, found),
+            "figure4" => figure4::run(&options.sizes, &lab, found),
+            "figure5" => searches::by_size(&options.sizes, &lab, found),
+            _ => searches::by_distribution(&options.sizes, &lab, found),
+        };
+        match ran {
+            Ok(()) => {}
+            Err(Halt::Interrupted) => return Ok(Ended::Interrupted),
+            Err(Halt::Error(error)) => return Err(error),
+        }
+    }
+    Ok(Ended::Finished)
+}

@@ -1,0 +1,104 @@
+//! Figure 5, time of the list against the number of particles for each search and edge, and the same for other distributions.
+
+use super::experiment::{Experiment, Row};
+use super::measure::{Lab, time};
+use super::scenes::{self, Scene};
+use crate::Error;
+use crate::bench::Halt;
+use crate::neighbor::SearchPlan;
+
+/// What is compared: the paper's two searches with its three edges, the standard search with the edges that it is usually run with
+/// (R, R/2), which the paper leaves out, and octant's own two.
+pub const SEARCHES: [&str; 14] = [
+    "standard:0.5",
+    "standard",
+    "standard:2",
+    "standard:2.52",
+    "standard:4",
+    "octant",
+    "octant:2.52",
+    "octant:4",
+    "trimmed",
+    "trimmed:2.52",
+    "trimmed:4",
+    "midplane:2",
+    "midplane",
+    "midplane:4",
+];
+
+/// Most particles of a distribution: the dense one has eight times the neighbors.
+const MOST_DISTRIBUTED: usize = 100_000;
+
+pub static FIGURE_5: Experiment = Experiment {
+    name: "figure5",
+    title: "Figure 5: list builds by search, edge of the cells and number of particles, microseconds a build",
+    shown: &SHOWN,
+};
+
+pub static DISTRIBUTIONS: Experiment = Experiment {
+    name: "distributions",
+    title: "List builds by search and distribution, microseconds a build",
+    shown: &SHOWN,
+};
+
+const SHOWN: [&str; 12] = [
+    "distribution",
+    "particles",
+    "search",
+    "neighbors",
+    "tests_per_particle",
+    "hit_ratio",
+    "sort_us",
+    "list_us",
+    "build_us",
+    "build_us_least",
+    "build_us_most",
+    "build_ns_per_neighbor",
+];
+
+/// The even distribution with each of these numbers of particles.
+pub fn by_size(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
+    for particles in sizes {
+        let scene = scenes::uniform(*particles, scenes::edge(*particles), 0, &lab.settings)?;
+        compare(&scene, lab, found)?;
+    }
+    Ok(())
+}
+
+/// All distributions with about as many particles as the largest size.
+pub fn by_distribution(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
+    let particles = sizes.iter().copied().max().unwrap_or(0).min(MOST_DISTRIBUTED);
+    for scene in scenes::distributions(particles, &lab.settings)? {
+        compare(&scene, lab, found)?;
+    }
+    Ok(())
+}
+
+/// All searches on a scene. An error where they find different numbers of neighbors.
+fn compare(scene: &Scene, lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
+    let cases = SEARCHES.map(|search| (scene, search.parse::<SearchPlan>().expect("a search")));
+    let particles = scene.state.len();
+    let mut listed = Vec::new();
+    time(&cases, lab, &mut |scene, timed| {
+        let mut row: Row = vec![
+            ("distribution", scene.name.into()),
+            ("particles", particles.to_string()),
+            ("search", timed.search.to_string()),
+            ("method", timed.search.search().name().into()),
+            ("edge", timed.search.edge().to_string()),
+        ];
+        row.extend(timed.cells(particles, lab));
+        found(row);
+        listed.push((timed.search, timed.listed));
+    })?;
+    let differ = |pair: &&[(SearchPlan, u64)]| pair[0].1 != pair[1].1;
+    match listed.windows(2).find(differ) {
+        None => Ok(()),
+        Some(pair) => {
+            let [(first, m), (second, n)] = [pair[0], pair[1]];
+            let about = format!("{}, {particles} particles", scene.name);
+            let message = format!("{about}: '{first}' lists {m} neighbors, '{second}' {n}");
+            Err(Error::Fault(message).into())
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! `octant paper` through the binary: its tables against what is known beforehand, and its command line.
+
+#[path = "common/cli.rs"]
+mod common;
+
+use std::collections::BTreeMap;
+
+use common::Folder;
+use octant::paper::{SEARCHES, TABLE_1, expected_neighbors};
+
+type Row = BTreeMap<String, String>;
+
+/// Rows of a file, cells by column; no cell of these has a comma in it.
+fn rows(folder: &Folder, name: &str) -> Vec<Row> {
+    let text = folder.read(name);
+    let mut lines = text.lines();
+    let heads: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let row = |line: &str| -> Row {
+        let cells: Vec<&str> = line.split(',').collect();
+        assert_eq!(cells.len(), heads.len(), "{name}: {line}");
+        heads.iter().zip(cells).map(|(head, cell)| (head.to_string(), cell.to_string())).collect()
+    };
+    lines.map(row).collect()
+}
+
+fn number(row: &Row, column: &str) -> f64 {
+    row[column].parse().unwrap_or_else(|_| panic!("{column}: '{}'", row[column]))
+}
+
+/// To the six digits that the files have.
+fn same(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 2e-5 * b.abs()
+}
+
+/// What holds of every row with times.
+fn check_times(row: &Row) {
+    for stage in ["sort_us", "list_us", "build_us"] {
+        let of = |suffix: &str| number(row, &format!("{stage}{suffix}"));
+        assert!(0.0 < of("_least") && of("_least") <= of("") && of("") <= of("_most"), "{row:?}");
+    }
+    // The sort is in the build and not in the list; medians of sums are no sums of medians, but no build beats its parts.
+    assert!(number(row, "build_us_least") >= number(row, "sort_us_least").max(number(row, "list_us_least")), "{row:?}");
+    assert!(number(row, "build_us_most") <= 1.001 * (number(row, "sort_us_most") + number(row, "list_us_most")));
+    let (particles, listed) = (number(row, "particles"), number(row, "listed"));
+    assert!(same(number(row, "neighbors"), listed / particles), "{row:?}");
+    assert!(same(number(row, "hit_ratio"), listed / (particles * number(row, "tests_per_particle"))), "{row:?}");
+    assert!(same(number(row, "build_ns_per_neighbor"), number(row, "build_us") * 1e3 / listed), "{row:?}");
+    assert!(same(number(row, "list_ns_per_neighbor"), number(row, "list_us") * 1e3 / listed), "{row:?}");
+    assert!(number(row, "bytes_per_particle") > 100.0 && number(row, "builds") >= 1.0);
+    assert_eq!((row["backend"].as_str(), row["device"].split(' ').next()), ("cpu", Some("2")));
+}
+
+fn check_table_1(rows: &[Row]) {
+    assert_eq!(rows.len(), TABLE_1.len());
+    for (row, of) in rows.iter().zip(TABLE_1) {
+        assert_eq!(row["particles"], of.particles.to_string());
+        assert_eq!((number(row, "edge"), row["paper"].as_str()), (of.edge, of.neighbors.to_string().as_str()));
+        let expected = expected_neighbors(of.particles, of.edge);
+        assert!(same(number(row, "expected"), expected));
+        let scatter = (2.0 * expected / of.particles as f64).sqrt();
+        for count in ["neighbors_least", "neighbors", "neighbors_most"] {
+            assert!((number(row, count) - expected).abs() < 4.0 * scatter, "{row:?}");
+        }
+        assert!(number(row, "neighbors_least") < number(row, "neighbors_most"), "two seeds are two systems: {row:?}");
+    }
+}
+
+fn check_figure_4(rows: &[Row]) {
+    let directions: Vec<&str> = rows.iter().map(|row| row["direction"].as_str()).collect();
+    assert_eq!(directions, ["own", "X", "X", "Y", "Y", "Z", "Z", "XY", "XY", "XYZ", "XYZ"]);
+    for row in rows {
+        check_times(row);
+        assert_eq!((&row["particles"], &row["load"]), (&rows[0]["particles"], &rows[0]["load"]));
+        let cells: usize = row["block"].split('x').map(|n| n.parse::<usize>().unwrap()).product();
+        assert_eq!(number(row, "adjacent_cells"), (cells - 1) as f64);
+        // Every cell has the same load, and none but those of the particle's own block is in reach.
+        assert_eq!(number(row, "tests_per_particle"), cells as f64 * number(row, "load"), "{row:?}");
+    }
+    assert_eq!(number(&rows[10], "adjacent_cells"), 26.0);
+}
+
+fn check_searches(rows: &[Row]) {
+    assert_eq!(rows.len(), SEARCHES.len());
+    let find = |search: &str| rows.iter().find(|row| row["search"] == search).unwrap();
+    let tests = |search: &str| number(find(search), "tests_per_particle");
+    for (row, search) in rows.iter().zip(SEARCHES) {
+        check_times(row);
+        assert_eq!(row["search"], search);
+        assert_eq!(row["method"], search.split(':').next().unwrap());
+        let [column, listed] = ["particles", "listed"].map(|column| &row[column]);
+        assert_eq!((column, listed), (&rows[0]["particles"], &rows[0]["listed"]), "{search}");
+    }
+    // The octant search looks into a part of the standard search's cells, the others into a part of its.
+    for edge in ["2", "2.52", "4"] {
+        let with = |search: &str, usual: &str| {
+            tests(&if edge == usual { search.to_string() } else { format!("{search}:{edge}") })
+        };
+        let octant = with("octant", "2");
+        assert!(octant < with("standard", "1") && with("trimmed", "2") < octant, "{edge}");
+        assert!(with("midplane", "2.52") <= octant && (edge == "2" || with("midplane", "2.52") < octant), "{edge}");
+    }
+}
+
+#[test]
+fn tables_hold_what_is_known_of_them() {
+    let folder = Folder::new("paper-quick");
+    let said = folder.says("paper --quick --backend cpu --threads 2 --out made/here");
+    let [table_1, figure_4, figure_5, distributions] =
+        ["table1", "figure4", "figure5", "distributions"].map(|name| rows(&folder, &format!("made/here/{name}.csv")));
+    check_table_1(&table_1);
+    check_figure_4(&figure_4);
+    let sizes: Vec<&[Row]> = figure_5.chunks(SEARCHES.len()).collect();
+    assert_eq!(sizes.iter().map(|rows| rows[0]["particles"].as_str()).collect::<Vec<_>>(), ["1000", "5000"]);
+    sizes.iter().for_each(|rows| check_searches(rows));
+    // The same points as those of the first seed in Table 1.
+    let counted = |rows: &[Row]| ["neighbors_least", "neighbors_most"].map(|head| rows[0][head].clone());
+    assert!(counted(&table_1).contains(&sizes[0][0]["neighbors"]));
+
+    let scenes: Vec<&[Row]> = distributions.chunks(SEARCHES.len()).collect();
+    let names: Vec<&str> = scenes.iter().map(|rows| rows[0]["distribution"].as_str()).collect();
+    assert_eq!(names, ["uniform", "liquid", "clustered", "dense"]);
+    scenes.iter().filter(|rows| rows[0]["distribution"] != "liquid").for_each(|rows| check_searches(rows));
+    // In a small periodic box the cells of several edges are the same, and fewer tests are none.
+    assert!(scenes[1].iter().all(|row| row["listed"] == scenes[1][0]["listed"]));
+    let neighbors = |k: usize| number(&scenes[k][0], "neighbors");
+    // Of a liquid: the density times the volume of the sphere.
+    assert!((neighbors(1) / (0.8442 * 4.18879 * 2.8f64.powi(3)) - 1.0).abs() < 0.05, "{}", neighbors(1));
+    assert!(neighbors(2) > 4.0 * neighbors(0) && neighbors(3) > 6.0 * neighbors(0));
+    for title in ["Table 1: ", "Figure 4: ", "Figure 5: ", "List builds by search and distribution"] {
+        assert_eq!(said.matches(title).count(), 1, "{said}");
+    }
+    let lines = said.lines().filter(|line| line.contains(" midplane:4 ")).count();
+    assert_eq!(lines, 6, "{said}");
+    assert_eq!(std::fs::read_dir(&folder.0).unwrap().count(), 1, "no log is written");
+}
+
+#[test]
+fn sizes_rounds_and_precision_are_heeded() {
+    let folder = Folder::new("paper-options");
+    folder.says("paper --quick --backend cpu --threads 2 --sizes 500 --rounds 3 --precision double --out .");
+    let figure_5 = rows(&folder, "figure5.csv");
+    assert_eq!(figure_5.len(), SEARCHES.len());
+    for row in &figure_5 {
+        let of = ["particles", "rounds", "precision"].map(|column| row[column].as_str());
+        assert_eq!(of, ["500", "3", "double"]);
+    }
+    assert!(rows(&folder, "table1.csv").iter().all(|row| row["seeds"] == "3"));
+    assert_eq!(folder.files().len(), 4);
+}
+
+#[test]
+fn wrong_words_are_refused() {
+    let folder = Folder::new("paper-wrong");
+    for (args, said) in [
+        ("--sizes 499", "expected 500 to"),
+        ("--rounds 0", "--rounds"),
+        ("--precision half", "half"),
+        ("--backend gpu", "gpu"),
+        ("a.in", "unexpected argument"),
+    ] {
+        let stderr = folder.fails(2, &format!("paper {args}"));
+        assert!(stderr.contains(said), "{args}: {stderr}");
+    }
+    assert!(folder.files().is_empty());
+    folder.write("file", "");
+    let file = folder.fails(1, "paper --quick --backend cpu --out file");
+    assert!(file.starts_with("ERROR: file: cannot create the folder: "), "{file}");
+    let gpu = folder.fails(1, "paper --backend cpu --device 0 --out here");
+    assert!(gpu.starts_with("ERROR: --device 0") && !folder.has("here"), "{gpu}");
+}
