@@ -172,11 +172,14 @@ struct BenchArgs {
 
 /// What `octant paper --help` tells below the options.
 const PAPER_HELP: &str = "\
-Morillo et al. 2015, doi:10.2312/vriphys.20151339. table1.csv: neighbors of a particle at step 0, counted, expected and published.
-figure4.csv: time of the search against adjacent cells that hold particles, one direction at a time. figure5.csv: time of list builds
-by search, edge of the cells and number of particles, the sort included and excluded, with distance tests, hit ratio and memory.
-distributions.csv: the same for uniform, liquid, clustered and dense particles. Particles stand still while lists are timed. Exit code
-1: two searches found different numbers of neighbors.";
+Morillo et al. 2015, doi:10.2312/vriphys.20151339. Files in DIR, times as median, least and most:
+  table1.csv         neighbors of a particle at step 0: counted, expected, published
+  figure4.csv        the search against adjacent cells with particles, one direction at a time
+  figure5.csv        list builds by search, edge of the cells and number of particles, with and
+                     without the sort; distance tests, hit ratio, memory
+  distributions.csv  the same for uniform, liquid, clustered and dense particles
+Particles stand still while lists are timed. Sizes other than the paper's are as dense as the
+nearest. Exit code 1: two searches found different numbers of neighbors.";
 
 #[derive(Args)]
 struct PaperArgs {

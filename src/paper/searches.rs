@@ -91,14 +91,31 @@ fn compare(scene: &Scene, lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), H
         found(row);
         listed.push((timed.search, timed.listed));
     })?;
-    let differ = |pair: &&[(SearchPlan, u64)]| pair[0].1 != pair[1].1;
-    match listed.windows(2).find(differ) {
+    match disagreement(&listed) {
         None => Ok(()),
-        Some(pair) => {
-            let [(first, m), (second, n)] = [pair[0], pair[1]];
-            let about = format!("{}, {particles} particles", scene.name);
-            let message = format!("{about}: '{first}' lists {m} neighbors, '{second}' {n}");
-            Err(Error::Fault(message).into())
-        }
+        Some(found) => Err(Error::Fault(format!("{}, {particles} particles: {found}", scene.name)).into()),
+    }
+}
+
+/// Two searches that find different numbers of neighbors, in words.
+fn disagreement(listed: &[(SearchPlan, u64)]) -> Option<String> {
+    let pair = listed.windows(2).find(|pair| pair[0].1 != pair[1].1)?;
+    let [(first, m), (second, n)] = [pair[0], pair[1]];
+    Some(format!("'{first}' lists {m} neighbors, '{second}' {n}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn searches_that_disagree_are_named() {
+        let found = |counts: [u64; 3]| {
+            let searches = ["octant", "octant:4", "trimmed"].map(|search| search.parse().expect("a search"));
+            disagreement(&searches.into_iter().zip(counts).collect::<Vec<_>>())
+        };
+        assert_eq!(found([5, 5, 5]), None);
+        assert_eq!(found([5, 5, 4]).expect("two differ"), "'octant:4' lists 5 neighbors, 'trimmed' 4");
+        assert_eq!(found([6, 5, 5]).expect("two differ"), "'octant' lists 6 neighbors, 'octant:4' 5");
     }
 }
