@@ -100,6 +100,13 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
             wanted_cell = cell_number(wanted);
 #endif
         }
+#ifdef SHORT
+        // Where an entry cannot name all places of a run nothing is listed: the host begins anew with longer ones.
+        if (__any_sync(~0u, length > 1u << PLACE_BITS)) {
+            if (lane == 0) atomicOr(&a.control->sort_trouble, TROUBLE_RUNS);
+            length = 0;
+        }
+#endif
         // Runs that hold something to the front.
         const u32 filled = __ballot_sync(~0u, length > 0), below = (1u << lane) - 1;
         w.order[length > 0 ? __popc(filled & below) : __popc(filled) + __popc(~filled & below)] = lane;
@@ -136,7 +143,6 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
 #ifdef SHORT
         const Stored shorter = (from << PLACE_BITS) - (upto - length);
         if (length > 0) runs_of(a, bucket)[from] = first_entry;
-        if (__any_sync(~0u, length > 1u << PLACE_BITS)) atomicOr(&a.control->sort_trouble, TROUBLE_RUNS);
 #endif
         if (at_home) {
             const u32 run = __ffs(at_home) - 1;

@@ -23,7 +23,7 @@ const MOST_SHORT_LANES: u32 = 2;
 /// From this part of the widest cutoff on a skin is wide enough that an inner list saves more than it costs to make.
 const WIDE_SKIN: f64 = 0.2;
 
-/// The skin of the inner list as a part of the list's: the fastest of those tried, flat from 0.25 to 0.4.
+/// The skin of the inner list as a part of the list's: the fastest of those tried, flat from 0.25 to 0.35.
 const INNER_PART: f64 = 0.35;
 
 /// The narrowest skin of an inner list, as a part of the neighbor cutoff: below it rounding would count.
