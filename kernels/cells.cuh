@@ -35,12 +35,31 @@ __device__ __forceinline__ u32 number_of(u32 x, u32 y, u32 z, const u32 counts[3
     return (u32)number;
 }
 
-// Place of a cell in the table: cells far apart may share one where the grid is mostly empty.
+// How many of `count` cells belong to the brick that begins at a cell.
+__device__ __forceinline__ u32 brick_at(u32 begin, u32 count) { return min(BRICK, count - begin); }
+
+// Place of a cell in the table: cells far apart may share one where the grid is mostly empty. Cells follow each other brick by
+// brick, X fastest, and so in a brick: what the whole device works on at a time then has few neighbors beyond itself, and particles
+// that are read for several layers of cells are still in the second-level cache.
 __device__ __forceinline__ u32 table_of(const Scene& s, u32 x, u32 y, u32 z) {
 #ifdef FOLDED
     x %= s.table[0], y %= s.table[1], z %= s.table[2];
 #endif
-    return number_of(x, y, z, s.table);
+    const u32 xx = x % BRICK, yy = y % BRICK, zz = z % BRICK;
+    const u32 dx = brick_at(x - xx, s.table[0]), dy = brick_at(y - yy, s.table[1]), dz = brick_at(z - zz, s.table[2]);
+    return s.table[0] * (s.table[1] * (z - zz) + dz * (y - yy)) + dz * dy * (x - xx) + (zz * dy + yy) * dx + xx;
+}
+
+// The cell at a place in the table.
+__device__ __forceinline__ void cell_at(const Scene& s, u32 place, u32 cell[3]) {
+    const u32 nx = s.table[0], ny = s.table[1];
+    const u32 z = place / (BRICK * nx * ny) * BRICK, dz = brick_at(z, s.table[2]);
+    place -= z * nx * ny;
+    const u32 y = place / (BRICK * nx * dz) * BRICK, dy = brick_at(y, ny);
+    place -= y * nx * dz;
+    const u32 x = place / (BRICK * dy * dz) * BRICK, dx = brick_at(x, nx);
+    place -= x * dy * dz;
+    cell[0] = x + place % dx, cell[1] = y + place / dx % dy, cell[2] = z + place / dx / dy;
 }
 
 __device__ __forceinline__ u64 cell_number(const u32 cell[3]) {

@@ -116,6 +116,7 @@ template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_force
     const Slot* slots = slots_of(a, s, r.step);
     Slot* next = slots_of(a, s, r.step + 1);
     u32* runs = own_runs();
+    const u64 policy = lasting();
     u32 marks = 0;
     for (u32 i = THREAD / LANES; i < r.n; i += THREADS / LANES) {
         const Slot own = slots[i];
@@ -154,7 +155,7 @@ template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_force
 #else
                     code[m] = 0;
 #endif
-                    q[m] = slots[place_of(entry)];
+                    q[m] = gather(slots + place_of(entry), policy);
                 }
 #pragma unroll
                 for (u32 m = 0; m < BATCH; m++) {

@@ -98,7 +98,7 @@ __device__ __forceinline__ void displacement_of(const Arrays& a, const Scene& s,
 #ifdef DISPLACEMENTS
         d[axis] = x[axis];
 #else
-        d[axis] = x[axis] - axis_of(side_of(a.held_x, s, r.parity, 3), s, axis)[k];
+        d[axis] = x[axis] - __ldcs(axis_of(side_of(a.held_x, s, r.parity, 3), s, axis) + k);
 #endif
     }
 }
@@ -118,14 +118,15 @@ __device__ __forceinline__ void add_forces(const Arrays& a, const Scene& s, cons
 
 // One particle under force f: with LAST the second half of a step, with INITIAL the first half of a step and what it has come
 // to, as bits of MARK_. Reads and writes x, v; writes slots. With KINETIC_TOO its velocity between the two is added to kinetic
-// sums; with PRUNED the inner list is of where it is before.
+// sums; with PRUNED the inner list is of where it is before. What it reads and writes is not read again in this step, and makes
+// way in the caches.
 template <bool LAST, bool INITIAL, bool KINETIC_TOO = false, bool PRUNED = false>
 __device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, const Run& r, const Pace& pace, u32 k, const store f[3], Slot* slots, double* kinetic = nullptr) {
     asm volatile("// move");
     store x[3], v[3];
     for (u32 axis = 0; axis < 3; axis++) {
-        x[axis] = axis_of(a.x, s, axis)[k];
-        v[axis] = axis_of(a.v, s, axis)[k];
+        x[axis] = __ldcs(axis_of(a.x, s, axis) + k);
+        v[axis] = __ldcs(axis_of(a.v, s, axis) + k);
     }
     const u32 kind = kind_of(a, s, r, k);
 #ifdef MASSES
@@ -149,7 +150,7 @@ __device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, co
             displacement_of(a, s, r, k, x, d);
             for (u32 axis = 0; axis < 3; axis++) axis_of(a.pruned, s, axis)[k] = then[axis] = (float)d[axis];
         } else {
-            for (u32 axis = 0; axis < 3; axis++) then[axis] = axis_of(a.pruned, s, axis)[k];
+            for (u32 axis = 0; axis < 3; axis++) then[axis] = __ldcs(axis_of(a.pruned, s, axis) + k);
         }
 #endif
 #ifdef COORDINATES
@@ -176,11 +177,11 @@ __device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, co
         far |= !(since[0] * since[0] + since[1] * since[1] + since[2] * since[2] <= pace.prune) ? MARK_PRUNE : 0;
 #endif
 #endif
-        for (u32 axis = 0; axis < 3; axis++) axis_of(a.x, s, axis)[k] = x[axis];
+        for (u32 axis = 0; axis < 3; axis++) __stcs(axis_of(a.x, s, axis) + k, x[axis]);
         pack(a, s, r, pace.quanta, k, x, kind, slots);
     }
     if (LAST || INITIAL)
-        for (u32 axis = 0; axis < 3; axis++) axis_of(a.v, s, axis)[k] = v[axis];
+        for (u32 axis = 0; axis < 3; axis++) __stcs(axis_of(a.v, s, axis) + k, v[axis]);
     asm volatile("// end of move");
     return far;
 }

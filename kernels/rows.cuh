@@ -16,6 +16,31 @@ __device__ __forceinline__ Words stream(const Chunk* from) {
     return to;
 }
 
+// What neighbors are read with: every slot is read by many rows, those of the next layers of cells too, while more than the
+// second-level cache holds passes by that is read once. Slots are the last to leave it.
+__device__ __forceinline__ u64 lasting() {
+    u64 policy = 0;
+#if __CUDA_ARCH__ >= 800
+    asm volatile("createpolicy.fractional.L2::evict_last.b64 %0, 1.0;" : "=l"(policy));
+#endif
+    return policy;
+}
+
+__device__ __forceinline__ Slot gather(const Slot* from, u64 policy) {
+#if __CUDA_ARCH__ >= 800
+    Slot q;
+#ifdef FIXED
+    asm volatile("ld.global.L2::cache_hint.v4.s32 {%0, %1, %2, %3}, [%4], %5;" : "=r"(q.x), "=r"(q.y), "=r"(q.z), "=r"(q.w) : "l"(from), "l"(policy) : "memory");
+#else
+    asm volatile("ld.global.L2::cache_hint.v2.f64 {%0, %1}, [%2], %3;" : "=d"(q.x), "=d"(q.y) : "l"(from), "l"(policy) : "memory");
+    asm volatile("ld.global.L2::cache_hint.v2.f64 {%0, %1}, [%2 + 16], %3;" : "=d"(q.z), "=d"(q.w) : "l"(from), "l"(policy) : "memory");
+#endif
+    return q;
+#else
+    return *from;
+#endif
+}
+
 // Into the second-level cache.
 __device__ __forceinline__ void prefetch(const Chunk* row) { asm volatile("prefetch.global.L2 [%0];" ::"l"(row)); }
 

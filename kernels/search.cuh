@@ -275,8 +275,8 @@ __device__ void build_list(const Arrays& a, const Scene& s, const Run& r) {
                 m = __popc(__ballot_sync(~0u, there && number == wanted));
                 for (u32 axis = 0; axis < 3; axis++) cell[axis] = __shfl_sync(~0u, cell[axis], 0);
 #else
-                const u32 place = bucket / OCTANTS;
-                const u32 cell[3] = {place % s.table[0], place / s.table[0] % s.table[1], place / s.table[0] / s.table[1]};
+                u32 cell[3];
+                cell_at(s, bucket / OCTANTS, cell);
 #endif
                 list_group(a, s, r, benches[threadIdx.x >> 5], cell, bucket, lane, first, m, entries, tests, most);
                 first += m;
