@@ -115,7 +115,7 @@ template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_force
     const Pace pace = pace_of(s);
     const Slot* slots = slots_of(a, s, r.step);
     Slot* next = slots_of(a, s, r.step + 1);
-    u32* runs = own_runs();
+    const u32 runs = own_runs();
     const u64 policy = lasting();
     u32 marks = 0;
     for (u32 i = THREAD / LANES; i < r.n; i += THREADS / LANES) {
@@ -155,7 +155,7 @@ template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_force
 #else
                     code[m] = 0;
 #endif
-                    q[m] = gather(slots + place_of(entry), policy);
+                    q[m] = gather(slots, place_of(entry), policy);
                 }
 #pragma unroll
                 for (u32 m = 0; m < BATCH; m++) {

@@ -24,13 +24,11 @@ __device__ __forceinline__ u32 place_of(Entry entry) {
 }
 
 #ifdef SHORT
-// Runs that the particles of an octant see: an entry for the first particle of each.
+// Runs that the particles of an octant see: of each the entry for its first particle, less the stored one. A stored entry is then
+// in full what stands here plus all of its bits.
 __device__ __forceinline__ u32* runs_of(const Arrays& a, u32 home) { return a.runs + (u64)home * RUNS; }
 
-// An entry as the list holds it, in full; `runs` may stand in shared memory, `apart` from each other.
-__device__ __forceinline__ Entry entry_of(u32 stored, const u32* runs, u32 apart) {
-    return runs[(stored >> PLACE_BITS) * apart] + (stored & ((1u << PLACE_BITS) - 1));
-}
+__device__ __forceinline__ Entry entry_of(u32 stored, const u32* runs) { return runs[stored >> PLACE_BITS] + stored; }
 #endif
 
 // A number converted here, and not again wherever it is used.

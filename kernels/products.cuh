@@ -212,7 +212,7 @@ __device__ __forceinline__ u32 lane_of(u32 column) { return 31 - ((column >> 1 &
 // An entry of the group's rows in full.
 __device__ __forceinline__ Entry entry_in(const Arrays& a, const Group& g, Stored stored) {
 #ifdef SHORT
-    return entry_of(stored, runs_of(a, a.homes[g.first_i]), 1);
+    return entry_of(stored, runs_of(a, a.homes[g.first_i]));
 #else
     return stored;
 #endif

@@ -26,7 +26,10 @@ __device__ __forceinline__ u64 lasting() {
     return policy;
 }
 
-__device__ __forceinline__ Slot gather(const Slot* from, u64 policy) {
+// A neighbor's slot; `slots` is an address in a register, not something to be worked out for each of them.
+__device__ __forceinline__ Slot gather(const Slot* slots, u32 place, u64 policy) {
+    asm volatile("" : "+l"(slots));
+    const Slot* from = slots + place;
 #if __CUDA_ARCH__ >= 800
     Slot q;
 #ifdef FIXED
@@ -54,33 +57,47 @@ __device__ __forceinline__ Stored stored_of(const Words& words, u32 m) {
 #endif
 }
 
-__device__ __forceinline__ Entry entry_of(const Words& words, u32 m, const u32* runs) {
 #ifdef SHORT
-    return entry_of(stored_of(words, m), runs, 32);
-#else
-    return words.chunk.entry[m];
-#endif
-}
-
-// A thread's own copy of the runs that its particle sees, apart by 32: in a bank of its own, so that a look-up is one access
+// Each thread's own copy of the runs that its particle sees, apart by 32: in a bank of its own, so that a look-up is one access
 // whatever the particles of a warp see.
-__device__ __forceinline__ u32* own_runs() {
-#ifdef SHORT
+#define RUN_BYTES (32 * (u32)sizeof(u32))
+
+__device__ __forceinline__ char* copies_of_runs() {
     __shared__ u32 copies[BLOCK / 32][RUNS][32];
-    return &copies[threadIdx.x / 32][0][threadIdx.x % 32];
+    return (char*)copies;
+}
+#endif
+
+// Where a thread's copy begins, in bytes. Where a run lies in it is but a few bits of that, all zero here.
+__device__ __forceinline__ u32 own_runs() {
+#ifdef SHORT
+    return threadIdx.x / 32 * (RUNS * RUN_BYTES) + threadIdx.x % 32 * (u32)sizeof(u32);
 #else
-    return nullptr;
+    return 0;
 #endif
 }
 
-__device__ __forceinline__ void copy_runs(const Arrays& a, u32 i, u32* runs) {
+__device__ __forceinline__ void copy_runs(const Arrays& a, u32 i, u32 own) {
 #ifdef SHORT
     const uint4* seen = (const uint4*)runs_of(a, a.homes[i]);
+    u32* copy = (u32*)(copies_of_runs() + own);
     for (u32 k = 0; k < RUNS / 4; k++) {
         const uint4 four = seen[k];
         const u32 of[4] = {four.x, four.y, four.z, four.w};
-        for (u32 m = 0; m < 4; m++) runs[(4 * k + m) * 32] = of[m];
+        for (u32 m = 0; m < 4; m++) copy[(4 * k + m) * 32] = of[m];
     }
+#endif
+}
+
+__device__ __forceinline__ Entry entry_of(const Words& words, u32 m, u32 own) {
+#ifdef SHORT
+    const u32 word = words.word[m / 2], stored = m % 2 == 0 ? word & 0xffff : word >> 16;
+    // The run's number times RUN_BYTES out of the word in one shift.
+    const u32 run = word >> (m % 2 * 16 + PLACE_BITS - 7) & (RUNS - 1) * RUN_BYTES;
+    static_assert(RUN_BYTES == 1 << 7 && PLACE_BITS >= 7, "the shift is for other lengths");
+    return *(const u32*)(copies_of_runs() + (own | run)) + stored;
+#else
+    return words.chunk.entry[m];
 #endif
 }
 

@@ -142,7 +142,7 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
         u32 own_at = 1u << 31;
 #ifdef SHORT
         const Stored shorter = (from << PLACE_BITS) - (upto - length);
-        if (length > 0) runs_of(a, bucket)[from] = first_entry;
+        if (length > 0) runs_of(a, bucket)[from] = first_entry - (from << PLACE_BITS);
 #endif
         if (at_home) {
             const u32 run = __ffs(at_home) - 1;

@@ -287,3 +287,38 @@ fn particles_in_one_point_or_one_cell_are_all_neighbors() {
         }
     }
 }
+
+#[test]
+fn a_crowd_in_one_cell_of_a_large_scene_is_listed() {
+    // More particles side by side than a GPU's short entries can name, in a scene large enough that it begins with such.
+    const CROWD: usize = 5000;
+    let edge = 45.0;
+    let mut state = points(12_000, edge);
+    let mut noise = Noise(9);
+    state.x[..CROWD].iter_mut().for_each(|x| *x = Vec3::repeat(2.75) + 2.7 * noise.vector());
+    let space = free_or_periodic([0.0; 3], [edge; 3], [true; 3]);
+    let radius: f64 = 2.8;
+    let wanted = |id: u32| id.is_multiple_of(40);
+    for variant in variants() {
+        let mut backend = variant.backend(1);
+        backend.load(arc(program(&[2.5], 0.3, Search::Trimmed)), &state, &space, 0).unwrap();
+        // Forces of overlapping particles may overflow; the list stands by then.
+        let _ = backend.set_up(Needs::default());
+        // Single precision rounds positions.
+        let mut listed = State::default();
+        backend.fetch(&mut listed).unwrap();
+        let mut expected = Pairs::new();
+        for (i, id) in listed.id.iter().enumerate().filter(|(_, id)| wanted(**id)) {
+            for j in (0..listed.len()).filter(|j| *j != i) {
+                let d = listed.x[i] - listed.x[j];
+                let image = d.map(|d| (d / edge).round());
+                if (d - image * edge).norm_squared() <= radius * radius {
+                    expected.push((*id, listed.id[j], [0, 1, 2].map(|a| image[a] as i32)));
+                }
+            }
+        }
+        expected.sort_unstable();
+        assert!(expected.len() > 100_000);
+        assert!(backend.pairs_where(&wanted).unwrap() == expected, "{}", variant.name);
+    }
+}

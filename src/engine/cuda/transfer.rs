@@ -157,11 +157,11 @@ impl Engine {
             .memory
             .find("runs")
             .map_or(Ok(Vec::new()), |runs| runs.read(0, self.plan.scene.buckets as usize * RUNS as usize))?;
-        // A short entry in full: the first one of its run, and the place in it.
+        // A short entry in full: see `runs_of` in the kernels.
         let full = |i: usize, entry: u64| match homes.get(i) {
             Some(home) => {
                 let run = *home as usize * RUNS as usize + (entry >> PLACE_BITS) as usize;
-                u64::from(runs[run]) + (entry & ((1 << PLACE_BITS) - 1))
+                u64::from(runs[run].wrapping_add(entry as u32))
             }
             None => entry,
         };
