@@ -40,7 +40,7 @@ fn search(c: &mut Criterion) {
         group.bench_function(BenchmarkId::from_parameter(plan), |b| {
             b.iter(|| {
                 let grid = Grid::new(*plan, &space, &low, &high, 1.0);
-                cells.build(state.len(), grid.cells(), |k| grid.key(&state.x[k]), &state.id);
+                cells.build(&grid, plan.sort(), &state.x, &state.id);
                 black_box(&cells);
             });
         });

@@ -40,7 +40,11 @@ __device__ __forceinline__ u32 table_of(const Scene& s, u32 x, u32 y, u32 z) {
 #ifdef FOLDED
     x %= s.table[0], y %= s.table[1], z %= s.table[2];
 #endif
+#ifdef CURVE
+    return (u32)(apart(x) | apart(y) << 1 | apart(z) << 2);
+#else
     return number_of(x, y, z, s.table);
+#endif
 }
 
 __device__ __forceinline__ u64 cell_number(const u32 cell[3]) {
