@@ -173,7 +173,15 @@ fn tables_hold_what_is_known_of_them() {
     check_stability(&stability);
     let ordered: Vec<&[Row]> = orders.chunks(ORDERED.len()).collect();
     assert_eq!(ordered.len(), 2);
-    ordered.iter().for_each(|rows| check_listed(rows, &ORDERED));
+    for rows in &ordered {
+        check_listed(rows, &ORDERED);
+        for pair in rows.chunks(4) {
+            // The way to sort moves no particle; another order of cells does.
+            let apart = |k: usize| (number(&pair[k], "apart"), number(&pair[k], "far_percent"));
+            assert!(apart(0) == apart(2) && apart(1) == apart(3) && apart(0) != apart(1), "{pair:?}");
+            assert!(apart(0).0 > 1.0 && apart(0).0 < number(&pair[0], "particles"));
+        }
+    }
     // All pairs come last, and with sizes that are so small always.
     let sizes: Vec<&[Row]> = figure_5.chunks(SEARCHES.len() + 1).collect();
     assert_eq!(sizes.iter().map(|rows| rows[0]["particles"].as_str()).collect::<Vec<_>>(), ["1000", "5000"]);

@@ -56,6 +56,10 @@ impl Scene {
         self.program.pair.largest_cutoff() + self.program.policy.skin
     }
 
+    pub fn simulation_box(&self) -> &SimulationBox {
+        &self.simulation_box
+    }
+
     /// An engine that holds the particles and builds lists with this search.
     pub fn load(&self, search: SearchPlan, lab: &Lab) -> Result<Box<dyn Backend>, Error> {
         let (mut backend, _) = lab.settings.engine()?;

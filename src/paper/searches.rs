@@ -45,7 +45,7 @@ pub static DISTRIBUTIONS: Experiment = Experiment {
     shown: &SHOWN,
 };
 
-pub const SHOWN: [&str; 12] = [
+const SHOWN: [&str; 12] = [
     "distribution",
     "particles",
     "search",

@@ -83,6 +83,7 @@ struct Case {
 
 /// What one run has shown.
 struct Seen {
+    particles: usize,
     /// sqrt(k / m) dt, or the pair's angular frequency times dt.
     omega_dt: f64,
     /// Steps until the last look before a particle was lost.
@@ -188,6 +189,7 @@ fn pair(case: &Case, lab: &Lab) -> Result<Seen, Halt> {
     let uncertainty = swing * 3.0 * n / (n * n - 1.0) / stride as f64;
     let ratio = |k: usize| energies[k] / energies[0];
     Ok(Seen {
+        particles: state.len(),
         omega_dt,
         steps: samples * stride,
         rate: Some(rate),
@@ -249,7 +251,7 @@ fn gas(case: &Case, round: usize, lab: &Lab) -> Result<Seen, Halt> {
         lab.check_interrupt()?;
     }
     let rate = (steps > 0).then(|| ratio.ln() / steps as f64);
-    Ok(Seen { omega_dt, steps, rate, expected: None, ratio, first_ratio, lost })
+    Ok(Seen { particles: state.len(), omega_dt, steps, rate, expected: None, ratio, first_ratio, lost })
 }
 
 fn row(case: &Case, seen: &[Seen], lab: &Lab) -> Row {
@@ -265,6 +267,7 @@ fn row(case: &Case, seen: &[Seen], lab: &Lab) -> Row {
         ("force", case.force.into()),
         ("box", case.within.into()),
         ("integrator", case.integrator.into()),
+        ("particles", seen[0].particles.to_string()),
         ("part", number(case.part)),
         ("omega_dt", number(seen[0].omega_dt)),
         ("runs", seen.len().to_string()),
