@@ -145,6 +145,7 @@ def orders(rows: Sequence[Row]) -> Figure:
         if measured:
             panel.set_xscale("log")
             _ticks(panel, sorted({int(row["particles"]) for row in rows}), _count)
+            panel.tick_params(axis="x", labelrotation=45)
             panel.legend(frameon=False, fontsize=7)
         else:
             panel.set_xticks([])
@@ -206,7 +207,7 @@ def figure_5(rows: Sequence[Row]) -> Figure:
         panel.set_xlabel("particles")
         panel.set_title(title, loc="left")
         panel.grid(color="0.92", lw=0.6)
-        panel.legend(frameon=False, fontsize=7)
+        panel.legend(frameon=False, fontsize=7, handlelength=3.5)
     panels[0].set_ylabel("µs a build, sort included")
     figure.suptitle(f"Figure 5: {place(rows)}", fontsize=9)
     return figure

@@ -139,7 +139,8 @@ def _gas(rows: Sequence[Row]) -> list[str]:
         "for as long as 100 "
         "of the paper's steps take: relative growth of the energy a step (d ln E / d n up to the first particle that "
         "is lost; median "
-        f"over {rows[0]['runs']} seeds), and in brackets how many times its beginning the energy is by then.",
+        f"over {rows[0]['runs']} seeds), and in brackets how many times its beginning the energy is by then. Lost is "
+        "what is outside after a reflection or, in a periodic box, has moved by more than the box in a step.",
         "",
     ]
     for force, formula in FORCES.items():
