@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import copy
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from validation.octant_runner import call
+from validation.octant_runner import ROOT, call
 from validation.paper import claims, page, system
 from validation.paper.claims import FAILS, HOLDS, PART
 from validation.paper.results import Results, Row, Time, one, where
@@ -182,3 +183,16 @@ def test_the_page_of_two_runs_names_both(measured: Results, tmp_path: Path) -> N
         lines = [line for line in block.splitlines() if line.startswith("|")]
         assert len({line.count("|") for line in lines}) <= 1, block
     assert (path.parent / "paper.md").is_file() and "nan" not in text
+
+
+def test_the_committed_page_is_that_of_the_committed_files() -> None:
+    committed = ROOT / "validation" / "paper.md"
+    folders = sorted((ROOT / "validation" / "results" / "paper").iterdir())
+    text = committed.read_text(encoding="utf-8")
+    assert text == page.page([Results.read(folder) for folder in folders], committed.parent), (
+        "python -m validation.paper validation/results/paper/* --page validation/paper.md writes it anew"
+    )
+    links = re.findall(r"\]\(([^)]+)\)", text)
+    assert len(links) >= 2 + 5 and all(
+        link.startswith("https://doi.org/") or (committed.parent / link).is_file() for link in links
+    )

@@ -134,13 +134,18 @@ def _pair(rows: Sequence[Row]) -> list[str]:
 
 
 def _gas(rows: Sequence[Row]) -> list[str]:
+    own = float(where(rows, part=1.0)[0]["omega_dt"])
     lines = [
         f"**The paper's {spaced(int(rows[0]['particles']))} particles**, both readings of the force, without gravity, "
-        "for as long as 100 "
-        "of the paper's steps take: relative growth of the energy a step (d ln E / d n up to the first particle that "
-        "is lost; median "
-        f"over {rows[0]['runs']} seeds), and in brackets how many times its beginning the energy is by then. Lost is "
-        "what is outside after a reflection or, in a periodic box, has moved by more than the box in a step.",
+        "for as "
+        "long as 100 of the paper's steps take: relative growth of the energy a step (d ln E / d n up to the first "
+        "particle "
+        f"that is lost; median over {rows[0]['runs']} seeds), and in brackets how many times its beginning the energy "
+        "is by "
+        "then. Lost is what is outside after a reflection or, in a periodic box, has moved by more than the box in a "
+        "step. "
+        f"With the paper's step sqrt(k/m) dt is {own:.2f}, which for the spring is ω dt, and k dt²/(m R²) is "
+        f"{own * own:.2f}.",
         "",
     ]
     for force, formula in FORCES.items():
