@@ -124,6 +124,15 @@ def test_claim_1_is_linear_free_of_direction_and_close(measured: Results) -> Non
     )
 
 
+def test_a_size_that_was_cut_off_is_left_out(measured: Results) -> None:
+    tables = copy.deepcopy(measured.tables)
+    tables["figure5"] = [row for row in tables["figure5"] if row["particles"] == "500" or row["search"] == "standard"]
+    cut = Results(measured.folder, tables)
+    assert (measured.sizes, cut.sizes) == ([500, 1000], [500])
+    assert "| edge | 500 |" in "\n".join(claims.gain(cut).lines)
+    assert page.page([cut], cut.folder)
+
+
 def test_a_gain_is_how_much_longer_the_other_takes() -> None:
     short, long = Time(1.0, 0.9, 1.1), Time(2.0, 1.1, 3.0)
     assert short.gain(long) == 100.0 and long.gain(short) == -50.0

@@ -11,10 +11,11 @@ from pathlib import Path
 from validation.bundle.device import Device
 from validation.bundle.outcome import FAILED, PASSED, SKIPPED, Outcome, call
 
-#: Seconds, unless others are asked for; what is cut off leaves the rows so far, the largest sizes come last.
+#: Seconds, unless others are asked for. What is cut off leaves the rows so far, the largest sizes come last, and the verdict is
+#: on the sizes that are whole.
 LIMIT = 290.0
 
-#: The paper's eight sizes and two that a GPU is made for.
+#: The paper's sizes and two that a GPU is made for.
 SIZES = (1_000, 2_000, 5_000, 10_000, 20_000, 50_000, 100_000, 200_000, 1_000_000, 10_000_000)
 
 #: Rounds of each time.

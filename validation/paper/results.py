@@ -58,8 +58,13 @@ class Results:
 
     @property
     def sizes(self) -> list[int]:
-        """Numbers of particles of figure 5."""
-        return sorted({int(row["particles"]) for row in self.tables["figure5"]})
+        """Numbers of particles of figure 5 that every search but that of all pairs has: a run may have been cut off."""
+        searches: dict[int, set[str]] = {}
+        for row in self.tables["figure5"]:
+            if row["method"] != "brute":
+                searches.setdefault(int(row["particles"]), set()).add(row["search"])
+        most = max(map(len, searches.values()))
+        return sorted(size for size, found in searches.items() if len(found) == most)
 
 
 def read(path: Path) -> list[Row]:
