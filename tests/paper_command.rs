@@ -178,7 +178,8 @@ fn tables_hold_what_is_known_of_them() {
         for pair in rows.chunks(4) {
             // The way to sort moves no particle; another order of cells does.
             let apart = |k: usize| (number(&pair[k], "apart"), number(&pair[k], "far_percent"));
-            assert!(apart(0) == apart(2) && apart(1) == apart(3) && apart(0) != apart(1), "{pair:?}");
+            assert!(apart(0) == apart(2) && apart(1) == apart(3), "{pair:?}");
+            assert!(apart(0) != apart(1) || pair[0]["search"] != "standard", "{pair:?}");
             assert!(apart(0).0 > 1.0 && apart(0).0 < number(&pair[0], "particles"));
         }
     }
