@@ -117,6 +117,12 @@ def test_claim_1_is_linear_free_of_direction_and_close(measured: Results) -> Non
     turned = figure_4(measured, lambda row: straight(row) * (1 + ("Z" == row["direction"])), 1.2, 8.0)
     assert turned.verdict == PART and turned.short.startswith("not direction-free, linear")
     assert "100 % apart (no round of Z was as short as the longest of X)" in "\n".join(turned.lines)
+    results = timed(
+        measured, "figure4", lambda row: straight(row) * (1 + 0.3 * ("Z" == row["direction"])), ("list_us",)
+    )
+    for row in results.tables["figure4"]:
+        row.update(list_us_least="0", list_us_most="1000")
+    assert claims.order(results).short.startswith("direction-free within the noise, linear; ")
     nothing = figure_4(measured, lambda row: straight(row) ** (2 + ("Z" == row["direction"])), 0.5, 1.0)
     assert (
         nothing.verdict == FAILS
