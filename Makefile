@@ -61,7 +61,7 @@ bench-quick: build $(VENV)/.bench ## a minute of whole runs, results in output/b
 bench-gpu: build $(VENV)/.bench-gpu ## octant bench of every size beside OpenMM on this machine's GPU; results in output/bench-gpu/
 	$(VENV)/bin/python -m validation.bench.gpu
 
-paper: build ## experiments of the paper behind the octant search, on the GPU where there is one; tables and figures in output/paper/
+paper: build ## experiments of the paper behind the octant search, on the GPU where there is one; tables, figures and verdict in output/paper/
 	$(TARGET)/release/octant paper --out output/paper
 	$(VENV)/bin/python -m validation.paper output/paper
 

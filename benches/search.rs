@@ -1,4 +1,4 @@
-//! What a list build is made of, by search and edge of its cells, on points that are even at random (`inputs/paper/`, 20000
+//! What a list build is made of, by search, edge of its cells, their order and the sort, on points that are even at random (`inputs/paper/`, 20000
 //! particles): sorting into cells, and the whole set-up (sort, list, forces).
 
 #[path = "../tests/common/mod.rs"]
@@ -12,7 +12,7 @@ use octant::engine::cpu::{CpuBackend, CpuOptions};
 use octant::engine::{Backend, Needs, Precision};
 use octant::neighbor::{Cells, Grid, SearchPlan};
 use octant::pair::PairCoefficients;
-use octant::paper::SEARCHES;
+use octant::paper::{ORDERED, SEARCHES};
 use octant::system::{SimulationBox, State, Vec3};
 
 /// Particles, and the edge of their box in cutoffs.
@@ -30,7 +30,9 @@ fn points() -> (State, SimulationBox) {
 
 fn search(c: &mut Criterion) {
     let (state, space) = points();
-    let plans: Vec<SearchPlan> = SEARCHES.iter().map(|plan| plan.parse().expect("a search")).collect();
+    // Those of usual order and sort are among the first.
+    let special = ORDERED.iter().filter(|plan| plan.contains('+'));
+    let plans: Vec<SearchPlan> = SEARCHES.iter().chain(special).map(|plan| plan.parse().expect("a search")).collect();
 
     let mut group = c.benchmark_group("cells");
     group.throughput(Throughput::Elements(COUNT.into())).sample_size(20);
@@ -40,7 +42,7 @@ fn search(c: &mut Criterion) {
         group.bench_function(BenchmarkId::from_parameter(plan), |b| {
             b.iter(|| {
                 let grid = Grid::new(*plan, &space, &low, &high, 1.0);
-                cells.build(state.len(), grid.cells(), |k| grid.key(&state.x[k]), &state.id);
+                cells.build(&grid, plan.sort(), &state.x, &state.id);
                 black_box(&cells);
             });
         });

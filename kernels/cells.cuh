@@ -39,19 +39,29 @@ __device__ __forceinline__ u32 number_of(u32 x, u32 y, u32 z, const u32 counts[3
 __device__ __forceinline__ u32 brick_at(u32 begin, u32 count) { return min(BRICK, count - begin); }
 
 // Place of a cell in the table: cells far apart may share one where the grid is mostly empty. Cells follow each other brick by
-// brick, X fastest, and so in a brick: what the whole device works on at a time then has few neighbors beyond itself, and particles
+// brick unless a curve is asked for, X fastest, and so in a brick: what the whole device works on at a time then has few neighbors beyond itself, and particles
 // that are read for several layers of cells are still in the second-level cache.
 __device__ __forceinline__ u32 table_of(const Scene& s, u32 x, u32 y, u32 z) {
 #ifdef FOLDED
     x %= s.table[0], y %= s.table[1], z %= s.table[2];
 #endif
+#ifdef CURVE
+    return (u32)(apart(x) | apart(y) << 1 | apart(z) << 2);
+#else
     const u32 xx = x % BRICK, yy = y % BRICK, zz = z % BRICK;
     const u32 dx = brick_at(x - xx, s.table[0]), dy = brick_at(y - yy, s.table[1]), dz = brick_at(z - zz, s.table[2]);
     return s.table[0] * (s.table[1] * (z - zz) + dz * (y - yy)) + dz * dy * (x - xx) + (zz * dy + yy) * dx + xx;
+#endif
 }
 
 // The cell at a place in the table.
 __device__ __forceinline__ void cell_at(const Scene& s, u32 place, u32 cell[3]) {
+#ifdef CURVE
+    for (u32 axis = 0; axis < 3; axis++) {
+        cell[axis] = 0;
+        for (u32 bit = 0; 3 * bit + axis < 32; bit++) cell[axis] |= (place >> (3 * bit + axis) & 1) << bit;
+    }
+#else
     const u32 nx = s.table[0], ny = s.table[1];
     const u32 z = place / (BRICK * nx * ny) * BRICK, dz = brick_at(z, s.table[2]);
     place -= z * nx * ny;
@@ -60,6 +70,7 @@ __device__ __forceinline__ void cell_at(const Scene& s, u32 place, u32 cell[3]) 
     const u32 x = place / (BRICK * dy * dz) * BRICK, dx = brick_at(x, nx);
     place -= x * dy * dz;
     cell[0] = x + place % dx, cell[1] = y + place / dx % dy, cell[2] = z + place / dx / dy;
+#endif
 }
 
 __device__ __forceinline__ u64 cell_number(const u32 cell[3]) {

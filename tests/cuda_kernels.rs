@@ -16,7 +16,7 @@ use octant::dynamics::Fix;
 use octant::engine::cuda::inspect::{Unit, inspect, recording_unit_of, units_of};
 use octant::engine::cuda::ptx::{double_instructions, moves, pair_loops};
 use octant::engine::{Precision, Program, StorageSort};
-use octant::neighbor::Search;
+use octant::neighbor::{Search, SearchPlan};
 use octant::session::{Settings, first_run};
 use octant::system::{GROUP_ALL, Side, SimulationBox, State};
 
@@ -43,6 +43,9 @@ fn scenes() -> Vec<Scene> {
     for search in Search::ALL {
         add(format!("{search:?}"), program(&[2.5], 0.3, search), melt(4));
     }
+    let curve: SearchPlan = "trimmed+zorder".parse().unwrap();
+    add("along a curve".into(), program(&[2.5], 0.3, curve), melt(4));
+    add("along a curve, folded".into(), program(&[2.5], 0.3, curve), gas(50, 1e4, Side::Periodic));
     add("large".into(), program(&[2.5], 0.3, Search::Trimmed), gas(200_000, 60.0, Side::Periodic));
     add("middling".into(), program(&[2.5], 0.3, Search::Trimmed), gas(60_000, 40.0, Side::Periodic));
     add("wide skin".into(), program(&[2.5], 0.8, Search::Trimmed), gas(60_000, 40.0, Side::Periodic));

@@ -4,7 +4,7 @@ mod common;
 
 use common::{Noise, Variant, arc, free_or_periodic, melt, program, variants};
 use octant::engine::{Needs, Precision};
-use octant::neighbor::{Search, SearchPlan};
+use octant::neighbor::{CellOrder, Search, SearchPlan, Sort};
 use octant::system::{SimulationBox, State, Vec3};
 use proptest::prelude::*;
 
@@ -68,8 +68,16 @@ fn plans(octant: f64, standard: f64) -> Vec<SearchPlan> {
     let octants = [Search::Trimmed, Search::Octant, Search::Midplane];
     let wide = octants.into_iter().map(|search| search.with_edge(octant));
     let others = [Search::Midplane.with_edge(2.0), Search::Standard.with_edge(standard)];
-    let special = wide.chain(others).map(|plan| plan.unwrap());
+    let curve = |search: Search| search.plan().with_order(CellOrder::Curve);
+    let curves = [Search::Trimmed, Search::Midplane, Search::Standard].map(curve);
+    let special = wide.chain(others).map(|plan| plan.unwrap()).chain(curves);
     Search::ALL.into_iter().map(Search::plan).chain(special).collect()
+}
+
+/// The searches whose particles are sorted by radix, which only the CPU engine does.
+fn by_radix(variant: &Variant, plans: Vec<SearchPlan>) -> Vec<SearchPlan> {
+    let on_cpu = variant.name.starts_with("cpu");
+    plans.into_iter().filter(|_| on_cpu).map(|plan| plan.with_sort(Sort::Radix)).collect()
 }
 
 /// A number of box heights that puts particles on faces, edges, corners and mid-planes often.
@@ -106,7 +114,8 @@ proptest! {
             prop_assert!(reference.binary_search(&(*j, *i, image.map(|k| -k))).is_ok(), "{} {} one way only", i, j);
         }
         let (mut expected, mut ties) = oracle(&listed, &simulation_box, radius);
-        for search in plans(octant, standard) {
+        let plans = plans(octant, standard);
+        for search in by_radix(&variant, plans.clone()).into_iter().chain(plans) {
             let (pairs, counts, listed) = searched(&variant, search, &cutoffs, &state, &simulation_box);
             if variant.precision == Precision::Single {
                 // Positions are rounded to what cells can tell, and cells depend on the search.
@@ -134,6 +143,50 @@ fn a_distance_of_exactly_r_counts_across_a_side_too() {
             let (pairs, ..) = searched(&variant, search, &[2.5], &state, &simulation_box);
             assert_eq!(pairs, vec![(1, 1, [-1, 0, 0]), (1, 1, [1, 0, 0])], "{} {search}", variant.name);
         }
+    }
+}
+
+#[test]
+fn sorts_and_orders_of_cells_give_the_same_rows() {
+    // Several pieces of a radix sort, several digits; a slab, which a Z-order curve's cube is far larger than; mostly empty space.
+    let scenes =
+        [(34_000, [30.0, 30.0, 30.0], 100.0), (3000, [60.0, 4.0, 5.0], 100.0), (300, [400.0, 300.0, 200.0], 2.0)];
+    for (count, edges, most) in scenes {
+        let space = free_or_periodic([0.0; 3], edges, [true, false, true]);
+        let mut state = points(count, 1.0);
+        // In 27 parts of the box, of which particles fill no more than a cube of `most`.
+        let part = Vec3::from(edges) / 3.0;
+        for x in &mut state.x {
+            let corner = (3.0 * *x).map(f64::floor);
+            let within = (3.0 * *x - corner).component_mul(&part.map(|edge| edge.min(most)));
+            *x = corner.component_mul(&part) + within;
+        }
+        for variant in variants().into_iter().filter(|variant| variant.precision != Precision::Single) {
+            for name in ["trimmed", "octant:2.52", "midplane:4", "standard:0.5"] {
+                let plan: SearchPlan = name.parse().unwrap();
+                let (expected, ..) = searched(&variant, plan, &[0.8], &state, &space);
+                let curve = plan.with_order(CellOrder::Curve);
+                for search in [vec![curve], by_radix(&variant, vec![plan, curve])].concat() {
+                    let (pairs, ..) = searched(&variant, search, &[0.8], &state, &space);
+                    assert!(pairs == expected && pairs.len() > 10, "{} {search} {count}", variant.name);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_gpu_says_that_it_has_no_radix_sort() {
+    for variant in variants().into_iter().filter(|variant| !variant.name.starts_with("cpu")) {
+        let plan = "octant+radix".parse::<SearchPlan>().unwrap();
+        let space = free_or_periodic([0.0; 3], [9.0; 3], [true; 3]);
+        let refused = variant.backend(1).load(arc(program(&[2.5], 0.3, plan)), &points(9, 9.0), &space, 0);
+        let said = refused.unwrap_err().to_string();
+        assert_eq!(
+            said, "search 'octant+radix': the GPU engine has no radix sort, the CPU engine has",
+            "{}",
+            variant.name
+        );
     }
 }
 

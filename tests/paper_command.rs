@@ -6,7 +6,7 @@ mod common;
 use std::collections::BTreeMap;
 
 use common::Folder;
-use octant::paper::{SEARCHES, TABLE_1, expected_neighbors};
+use octant::paper::{EXHAUSTIVE, ORDERED, SEARCHES, TABLE_1, expected_neighbors};
 
 type Row = BTreeMap<String, String>;
 
@@ -65,6 +65,56 @@ fn check_table_1(rows: &[Row]) {
     }
 }
 
+/// Counts at step 0 are Table 1's; particles do not come back, and F = k / r drives most of them out.
+fn check_later(rows: &[Row], table_1: &[Row]) {
+    assert_eq!(rows.len(), 2 * 3 * 8);
+    for rows in rows.chunks(8) {
+        assert_eq!((rows[0]["step"].as_str(), rows[7]["step"].as_str()), ("0", "100"));
+        let of = table_1.iter().find(|row| row["particles"] == rows[0]["particles"]).unwrap();
+        assert!([&of["neighbors_least"], &of["neighbors_most"]].contains(&&rows[0]["neighbors"]), "{rows:?}");
+        assert_eq!(rows[0]["left"], rows[0]["particles"]);
+        assert!(rows.windows(2).all(|pair| number(&pair[1], "left") <= number(&pair[0], "left")));
+        let (left, neighbors) = (number(&rows[7], "left_percent"), number(&rows[7], "neighbors_over_first"));
+        match rows[0]["force"].as_str() {
+            "inverse" => assert!(left < 50.0 && neighbors < 0.5, "{left} {neighbors}"),
+            _ => assert!(left > 80.0 && neighbors > 0.5, "{left} {neighbors}"),
+        }
+    }
+}
+
+fn check_stability(rows: &[Row]) {
+    let (pairs, gases): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(|row| row["system"] == "pair");
+    assert_eq!((pairs.len(), gases.len()), (2 * 4, 2 * 2 * 3 * 2));
+    for row in pairs {
+        // sqrt(k / m) dt of the paper's numbers.
+        let omega_dt = (3600.0 / 3e-4f64).sqrt() * 2e-4 * number(row, "part");
+        assert!(same(number(row, "omega_dt"), omega_dt));
+        let expected = if row["integrator"] == "nve" { 0.0 } else { (0.5 * omega_dt * omega_dt).ln_1p() };
+        assert!(same(number(row, "expected"), expected) || expected == 0.0);
+        // Beside the swing of the energy, six digits of the file and rounding of an energy that is 1e-7 of the whole.
+        let room = number(row, "uncertainty") + 1e-6 * (1.0 + expected);
+        assert!((number(row, "rate") - expected).abs() < room && room < 0.1, "{row:?}");
+    }
+    for rows in gases.chunks(6) {
+        // The same time in shorter and shorter steps, each with both integrators.
+        for pair in rows.chunks(2) {
+            assert_eq!([&pair[0], &pair[1]].map(|row| row["integrator"].as_str()), ["nve/euler2", "nve"]);
+            assert!(pair.iter().all(|row| row["part"] == pair[0]["part"] && row["precision"] == "double"));
+        }
+        let last = |k: usize| number(rows[4 + k], "ratio");
+        if rows[0]["force"] == "spring" {
+            // Second-order Euler heats a spring at any step, velocity Verlet hardly, and walls do by themselves.
+            assert!(last(0) > 5.0 && last(0) > 5.0 * last(1), "{rows:?}");
+            assert!((last(1) - 1.0).abs() < if rows[0]["box"] == "periodic" { 0.05 } else { 0.5 }, "{rows:?}");
+        }
+    }
+    let verlet = |within: &str| {
+        let of = |row: &&&Row| row["box"] == within && row["force"] == "spring" && row["integrator"] == "nve";
+        number(gases.iter().rfind(of).unwrap(), "ratio")
+    };
+    assert!(verlet("walls") > verlet("periodic"));
+}
+
 fn check_figure_4(rows: &[Row]) {
     let directions: Vec<&str> = rows.iter().map(|row| row["direction"].as_str()).collect();
     assert_eq!(directions, ["own", "X", "X", "Y", "Y", "Z", "Z", "XY", "XY", "XYZ", "XYZ"]);
@@ -79,17 +129,26 @@ fn check_figure_4(rows: &[Row]) {
     assert_eq!(number(&rows[10], "adjacent_cells"), 26.0);
 }
 
-fn check_searches(rows: &[Row]) {
-    assert_eq!(rows.len(), SEARCHES.len());
-    let find = |search: &str| rows.iter().find(|row| row["search"] == search).unwrap();
-    let tests = |search: &str| number(find(search), "tests_per_particle");
-    for (row, search) in rows.iter().zip(SEARCHES) {
+/// The same particles by several searches: all find as many neighbors.
+fn check_listed(rows: &[Row], searches: &[&str]) {
+    assert_eq!(rows.len(), searches.len());
+    for (row, search) in rows.iter().zip(searches) {
         check_times(row);
-        assert_eq!(row["search"], search);
-        assert_eq!(row["method"], search.split(':').next().unwrap());
+        let words: Vec<&str> = search.split(['+', ':']).collect();
+        assert_eq!((row["search"].as_str(), row["method"].as_str()), (*search, words[0]));
+        let named =
+            |word: &str, usual: &'static str, other: &'static str| if words.contains(&word) { other } else { usual };
+        assert_eq!(row["order"], named("zorder", "rows", "zorder"));
+        assert_eq!(row["sort"], named("radix", "counting", "radix"));
         let [column, listed] = ["particles", "listed"].map(|column| &row[column]);
         assert_eq!((column, listed), (&rows[0]["particles"], &rows[0]["listed"]), "{search}");
     }
+}
+
+fn check_searches(rows: &[Row]) {
+    check_listed(rows, &SEARCHES);
+    let find = |search: &str| rows.iter().find(|row| row["search"] == search).unwrap();
+    let tests = |search: &str| number(find(search), "tests_per_particle");
     // The octant search looks into a part of the standard search's cells, the others into a part of its.
     for edge in ["2", "2.52", "4"] {
         let with = |search: &str, usual: &str| {
@@ -105,13 +164,34 @@ fn check_searches(rows: &[Row]) {
 fn tables_hold_what_is_known_of_them() {
     let folder = Folder::new("paper-quick");
     let said = folder.says("paper --quick --backend cpu --threads 2 --out made/here");
-    let [table_1, figure_4, figure_5, distributions] =
-        ["table1", "figure4", "figure5", "distributions"].map(|name| rows(&folder, &format!("made/here/{name}.csv")));
+    let [table_1, later, stability, figure_4, orders, distributions, figure_5] =
+        ["table1", "later", "stability", "figure4", "orders", "distributions", "figure5"]
+            .map(|name| rows(&folder, &format!("made/here/{name}.csv")));
     check_table_1(&table_1);
     check_figure_4(&figure_4);
-    let sizes: Vec<&[Row]> = figure_5.chunks(SEARCHES.len()).collect();
+    check_later(&later, &table_1);
+    check_stability(&stability);
+    let ordered: Vec<&[Row]> = orders.chunks(ORDERED.len()).collect();
+    assert_eq!(ordered.len(), 2);
+    for rows in &ordered {
+        check_listed(rows, &ORDERED);
+        for pair in rows.chunks(4) {
+            // The way to sort moves no particle; another order of cells does.
+            let apart = |k: usize| (number(&pair[k], "apart"), number(&pair[k], "far_percent"));
+            assert!(apart(0) == apart(2) && apart(1) == apart(3), "{pair:?}");
+            assert!(apart(0) != apart(1) || pair[0]["search"] != "standard", "{pair:?}");
+            assert!(apart(0).0 > 1.0 && apart(0).0 < number(&pair[0], "particles"));
+        }
+    }
+    // All pairs come last, and with sizes that are so small always.
+    let sizes: Vec<&[Row]> = figure_5.chunks(SEARCHES.len() + 1).collect();
     assert_eq!(sizes.iter().map(|rows| rows[0]["particles"].as_str()).collect::<Vec<_>>(), ["1000", "5000"]);
-    sizes.iter().for_each(|rows| check_searches(rows));
+    for rows in &sizes {
+        let (all, [rest @ .., _]) = (rows, *rows) else { panic!("no rows") };
+        check_searches(rest);
+        check_listed(&[rest[0].clone(), all[rest.len()].clone()], &[SEARCHES[0], EXHAUSTIVE]);
+        assert_eq!(number(&all[rest.len()], "tests_per_particle"), number(&all[0], "particles"));
+    }
     // The same points as those of the first seed in Table 1.
     let counted = |rows: &[Row]| ["neighbors_least", "neighbors_most"].map(|head| rows[0][head].clone());
     assert!(counted(&table_1).contains(&sizes[0][0]["neighbors"]));
@@ -126,7 +206,15 @@ fn tables_hold_what_is_known_of_them() {
     // Of a liquid: the density times the volume of the sphere.
     assert!((neighbors(1) / (0.8442 * 4.18879 * 2.8f64.powi(3)) - 1.0).abs() < 0.05, "{}", neighbors(1));
     assert!(neighbors(2) > 4.0 * neighbors(0) && neighbors(3) > 6.0 * neighbors(0));
-    for title in ["Table 1: ", "Figure 4: ", "Figure 5: ", "List builds by search and distribution"] {
+    for title in [
+        "Table 1: ",
+        "Table 1 later: ",
+        "The paper's step: ",
+        "Order of cells",
+        "Figure 4: ",
+        "Figure 5: ",
+        "List builds by search and distribution",
+    ] {
         assert_eq!(said.matches(title).count(), 1, "{said}");
     }
     let lines = said.lines().filter(|line| line.contains(" midplane:4 ")).count();
@@ -139,13 +227,13 @@ fn sizes_rounds_and_precision_are_heeded() {
     let folder = Folder::new("paper-options");
     folder.says("paper --quick --backend cpu --threads 2 --sizes 500 --rounds 3 --precision double --out .");
     let figure_5 = rows(&folder, "figure5.csv");
-    assert_eq!(figure_5.len(), SEARCHES.len());
+    assert_eq!(figure_5.len(), SEARCHES.len() + 1);
     for row in &figure_5 {
         let of = ["particles", "rounds", "precision"].map(|column| row[column].as_str());
         assert_eq!(of, ["500", "3", "double"]);
     }
     assert!(rows(&folder, "table1.csv").iter().all(|row| row["seeds"] == "3"));
-    assert_eq!(folder.files().len(), 4);
+    assert_eq!(folder.files().len(), 7);
 }
 
 #[test]

@@ -12,9 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from validation.bundle import comparison, device, make, sanitizer, suites, summary
+from validation.bundle import comparison, device, make, paper, sanitizer, suites, summary
 from validation.bundle.outcome import FAILED, PASSED, SKIPPED, Done, Outcome, call
 from validation.octant_runner import ROOT, find_binary
+from validation.paper.results import NAMES
 
 GPU = device.read(
     "octant 0.1.0\nbackends      cpu (2 cores; avx2)\n"
@@ -145,6 +146,23 @@ def test_sanitizer_scenes_are_small_and_build_lists(tmp_path: Path) -> None:
         assert atoms and builds and int(atoms[1]) < 600 and int(builds[1]) >= 3, outcome.name
     (skipped,) = sanitizer.run(tmp_path, tmp_path, tmp_path, environment, NO_GPU, "cuda")
     assert (skipped.verdict, skipped.detail) == (SKIPPED, NO_GPU.missing)
+
+
+def test_the_experiments_of_the_paper_leave_their_files(tmp_path: Path) -> None:
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin" / "octant").symlink_to(find_binary())
+
+    def run(found: device.Device, backend: str, limit: float = 100.0) -> Outcome:
+        (outcome,) = paper.run(tmp_path, tmp_path, tmp_path, os.environ, found, backend, limit, (500,), True)
+        return outcome
+
+    done = run(NO_GPU, "cpu")
+    assert (done.verdict, done.detail) == (PASSED, "") and done.seconds < 100
+    assert {path.stem for path in (tmp_path / "paper").glob("*.csv")} == set(NAMES)
+    assert "Figure 5" in (tmp_path / done.log).read_text(encoding="utf-8")
+    assert (run(NO_GPU, "cuda").verdict, run(NO_GPU, "cuda").detail) == (SKIPPED, NO_GPU.missing)
+    late = run(GPU, "cpu", 0.2)
+    assert (late.verdict, late.detail) == (FAILED, "did not end in time")
 
 
 def test_the_comparison_becomes_a_table() -> None:

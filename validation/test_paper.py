@@ -49,7 +49,8 @@ def test_searches_and_edges_find_the_same_neighbors() -> None:
     expected = count_neighbors(path)
     octants = [f"{search}:{edge}" for search in ("octant", "trimmed", "midplane") for edge in (2, 2.52, 4)]
     standard = [f"standard:{edge}" for edge in (0.5, 1, 2, 2.52, 4)]
-    for search in [*octants, *standard, "brute"]:
+    others = ["standard+zorder", "octant:2.52+radix", "trimmed+zorder+radix"]
+    for search in [*octants, *standard, *others, "brute"]:
         assert (count_neighbors(path, search=search) == expected).all(), search
 
 

@@ -93,8 +93,9 @@ struct RunArgs {
     #[arg(long, value_enum, default_value_t)]
     precision: PrecisionArg,
     /// Neighbor search, NAME or NAME:EDGE with the edge of its cells in neighbor cutoffs; all give the same pairs. NAME: trimmed,
-    /// octant (edges of at least 2), midplane (octant, less cells that are out of reach), standard, brute.
-    #[arg(long, value_name = "NAME[:EDGE]", default_value_t, value_parser = search)]
+    /// octant (edges of at least 2), midplane (octant, less cells that are out of reach), standard, brute. With +zorder cells lie
+    /// along a Z-order curve in memory, with +radix particles are sorted by radix (CPU).
+    #[arg(long, value_name = "NAME[:EDGE][+..]", default_value_t, value_parser = search)]
     search: SearchPlan,
     /// Log file.
     #[arg(long, value_name = "FILE", default_value = "log.octant")]
@@ -118,8 +119,9 @@ struct NeighborArgs {
     #[arg(long, value_enum, default_value_t = BackendArg::Cpu)]
     backend: BackendArg,
     /// Neighbor search, NAME or NAME:EDGE with the edge of its cells in neighbor cutoffs; all give the same pairs. NAME: trimmed,
-    /// octant (edges of at least 2), midplane (octant, less cells that are out of reach), standard, brute.
-    #[arg(long, value_name = "NAME[:EDGE]", default_value_t, value_parser = search)]
+    /// octant (edges of at least 2), midplane (octant, less cells that are out of reach), standard, brute. With +zorder cells lie
+    /// along a Z-order curve in memory, with +radix particles are sorted by radix (CPU).
+    #[arg(long, value_name = "NAME[:EDGE][+..]", default_value_t, value_parser = search)]
     search: SearchPlan,
     /// Count within this distance instead of each pair's cutoff plus skin.
     #[arg(long, value_name = "R", value_parser = radius)]
@@ -174,7 +176,11 @@ struct BenchArgs {
 const PAPER_HELP: &str = "\
 Morillo et al. 2015, doi:10.2312/vriphys.20151339. Files in DIR, times as median, least and most:
   table1.csv         neighbors of a particle at step 0: counted, expected, published
+  later.csv          how it goes on: neighbors as the paper's run spreads the particles
+  stability.csv      growth of the energy against the timestep, second-order Euler beside velocity
+                     Verlet: of a pair, where it is known, and of the particles, periodic or with walls
   figure4.csv        the search against adjacent cells with particles, one direction at a time
+  orders.csv         cells in rows or along a Z-order curve, sorted by counting or radix (CPU)
   figure5.csv        list builds by search, edge of the cells and number of particles, with and
                      without the sort; distance tests, hit ratio, memory
   distributions.csv  the same for uniform, liquid, clustered and dense particles

@@ -13,19 +13,21 @@ use crate::output::{check_writable, write_csv};
 use crate::paper::{self, Experiment, Options, Row, Said, TABLE_1};
 use crate::session::{self, Settings};
 
-/// Sizes, rounds and seconds of a round, in full and with `--quick`.
+/// Sizes, rounds, seconds of a round and halvings of the timestep, in full and with `--quick`.
 const ROUNDS: usize = 5;
 const ROUND_SECONDS: f64 = 0.1;
+const HALVINGS: u32 = 6;
 const QUICK_SIZES: [usize; 2] = [1000, 5000];
 const QUICK_ROUNDS: usize = 2;
 const QUICK_ROUND_SECONDS: f64 = 0.01;
+const QUICK_HALVINGS: u32 = 2;
 
 /// Runs the experiments; prints rows as they come and writes a file for each experiment.
 pub fn paper(args: PaperArgs) -> Result<ExitCode, Error> {
     let full: Vec<usize> = TABLE_1.iter().map(|of| of.particles).collect();
-    let (sizes, rounds, round_seconds) = match args.quick {
-        true => (QUICK_SIZES.to_vec(), QUICK_ROUNDS, QUICK_ROUND_SECONDS),
-        false => (full, ROUNDS, ROUND_SECONDS),
+    let (sizes, rounds, round_seconds, halvings) = match args.quick {
+        true => (QUICK_SIZES.to_vec(), QUICK_ROUNDS, QUICK_ROUND_SECONDS, QUICK_HALVINGS),
+        false => (full, ROUNDS, ROUND_SECONDS, HALVINGS),
     };
     let settings =
         Settings { precision: Precision::ALL[args.precision as usize], quiet: true, ..args.engine.settings() };
@@ -35,6 +37,7 @@ pub fn paper(args: PaperArgs) -> Result<ExitCode, Error> {
         sizes: args.sizes.unwrap_or(sizes),
         rounds: args.rounds.map_or(rounds, usize::from),
         round_seconds,
+        halvings,
     };
     let out = args.out.as_path();
     fs::create_dir_all(out).map_err(|e| Error::file(out, "cannot create the folder", e))?;

@@ -4,7 +4,10 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use rayon::prelude::*;
 
-use super::Key;
+use super::plan::Sort;
+use super::radix::Digits;
+use super::{Grid, Key};
+use crate::system::Vec3;
 use crate::system::parallel::{self, Pieces};
 
 /// Octants of a cell: bit 0 the upper half along x, bit 1 along y, bit 2 along z.
@@ -47,6 +50,8 @@ pub struct Cells {
     next: Vec<u32>,
     /// Used where the grid has no table.
     entries: Vec<Entry>,
+    /// Used where the plan asks for a radix sort.
+    digits: Digits,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -74,18 +79,21 @@ impl Pieces for Octants<'_> {
 }
 
 impl Cells {
-    /// Sorts particles `0..count` by (key, id) and indexes the cells.
-    pub fn build(&mut self, count: usize, cells: u64, key: impl Fn(usize) -> Key + Sync, id: &[u32]) {
+    /// Sorts particles at `x` by (key, id) and indexes the cells.
+    pub fn build(&mut self, grid: &Grid, sort: Sort, x: &[Vec3], id: &[u32]) {
+        let count = x.len();
         self.keys.resize(count, Key::default());
-        self.keys.par_iter_mut().with_min_len(4096).enumerate().for_each(|(k, to)| *to = key(k));
+        self.keys.par_iter_mut().with_min_len(4096).zip(x).for_each(|(to, x)| *to = grid.key(x));
         self.hashes.clear();
         self.starts.clear();
         self.table.clear();
         self.order.resize(count, 0);
-        if cells <= most_dense_cells(count) {
-            self.sort_by_counting(cells as usize, id);
-        } else {
-            self.sort_by_comparing(id);
+        let hashes = grid.hashes();
+        let dense = hashes <= most_dense_cells(count);
+        match sort {
+            Sort::Radix => self.sort_by_digits(hashes, dense, id),
+            Sort::Counting if dense => self.sort_by_counting(hashes as usize, id),
+            Sort::Counting => self.sort_by_comparing(id),
         }
     }
 
@@ -161,21 +169,47 @@ impl Cells {
             *entry = Entry { key: keys[index], id: id[index], index: index as u32 };
         });
         self.entries.par_sort_unstable();
-        for slot in 0..self.entries.len() {
-            let entry = self.entries[slot];
-            self.order[slot] = entry.index;
-            let hash = entry.key.octant / OCTANTS as u64;
-            if self.hashes.last() != Some(&hash) {
-                self.close_cell(slot as u32);
-                self.hashes.push(hash);
-            }
-            let octant = (entry.key.octant % OCTANTS as u64) as usize;
-            while self.starts.len() <= (self.hashes.len() - 1) * OCTANTS + octant {
-                self.starts.push(slot as u32);
+        let entries = std::mem::take(&mut self.entries);
+        for (to, entry) in self.order.iter_mut().zip(&entries) {
+            *to = entry.index;
+        }
+        self.index(entries.iter().map(|entry| entry.key.octant));
+        self.entries = entries;
+    }
+
+    /// Sorts by the digits of the octants' numbers; the table is kept where the grid is small enough.
+    fn sort_by_digits(&mut self, hashes: u64, dense: bool, id: &[u32]) {
+        let (count, mut digits) = (self.keys.len(), std::mem::take(&mut self.digits));
+        digits.sort(&self.keys, hashes.saturating_mul(OCTANTS as u64));
+        self.dealt.resize_with(count, AtomicU32::default);
+        self.dealt.par_iter_mut().with_min_len(4096).enumerate().for_each(|(k, to)| *to.get_mut() = digits.get(k).1);
+        self.index((0..count).map(|k| digits.get(k).0));
+        self.digits = digits;
+        if dense {
+            self.table.resize(hashes as usize, EMPTY);
+            for (k, hash) in self.hashes.iter().enumerate() {
+                self.table[*hash as usize] = k as u32;
             }
         }
-        self.close_cell(self.entries.len() as u32);
-        self.starts.push(self.entries.len() as u32);
+        self.sort_octants(id);
+    }
+
+    /// Cells, and where their octants start, of particles in the order of their octants.
+    fn index(&mut self, octants: impl ExactSizeIterator<Item = u64>) {
+        let count = octants.len() as u32;
+        for (slot, octant) in (0..).zip(octants) {
+            let hash = octant / OCTANTS as u64;
+            if self.hashes.last() != Some(&hash) {
+                self.close_cell(slot);
+                self.hashes.push(hash);
+            }
+            let octant = (octant % OCTANTS as u64) as usize;
+            while self.starts.len() <= (self.hashes.len() - 1) * OCTANTS + octant {
+                self.starts.push(slot);
+            }
+        }
+        self.close_cell(count);
+        self.starts.push(count);
     }
 
     /// The last cell's octants that have no particle start where it ends.
@@ -240,5 +274,6 @@ impl Cells {
             + (self.dealt.capacity() + self.next.capacity()) * 4
             + self.keys.capacity() * size_of::<Key>()
             + self.entries.capacity() * size_of::<Entry>()
+            + self.digits.bytes()
     }
 }

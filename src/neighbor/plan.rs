@@ -39,7 +39,7 @@ impl Search {
             Search::Brute => return Err("the search 'brute' has no cells".into()),
         };
         if edge >= least && edge.is_finite() {
-            return Ok(SearchPlan { search: self, edge });
+            return Ok(SearchPlan { edge, ..self.plan() });
         }
         let why = match self {
             Search::Standard => "",
@@ -59,7 +59,39 @@ impl Search {
             Search::Standard => 1.0,
             Search::Brute => f64::INFINITY,
         };
-        SearchPlan { search: self, edge }
+        SearchPlan { search: self, edge, order: CellOrder::default(), sort: Sort::default() }
+    }
+}
+
+/// In which order cells, and with them particles, lie in memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CellOrder {
+    /// Row after row, X fastest, then Y, then Z: equation 1 of the paper.
+    #[default]
+    Rows,
+    /// Along a Z-order curve (Morton order): the z-indexing that the paper turns down.
+    Curve,
+}
+
+impl CellOrder {
+    pub fn name(self) -> &'static str {
+        if self == CellOrder::Rows { "rows" } else { "zorder" }
+    }
+}
+
+/// How particles are brought into the order of cells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sort {
+    /// Counted by cell and dealt out; by comparing where the grid is mostly empty.
+    #[default]
+    Counting,
+    /// By the digits of their keys, the last first: radix sort, which the paper takes.
+    Radix,
+}
+
+impl Sort {
+    pub fn name(self) -> &'static str {
+        if self == Sort::Counting { "counting" } else { "radix" }
     }
 }
 
@@ -69,11 +101,13 @@ const LEAST_EDGE: f64 = 0.1;
 /// Usual edge for [`Search::Midplane`]: the second of the paper's three; cells of edge 2R have no particles to spare a cell for.
 const MIDPLANE_EDGE: f64 = 2.52;
 
-/// A search and the edge of its cells.
+/// A search, the edge of its cells, their order in memory, and how particles are brought into it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchPlan {
     search: Search,
     edge: f64,
+    order: CellOrder,
+    sort: Sort,
 }
 
 impl SearchPlan {
@@ -87,6 +121,22 @@ impl SearchPlan {
     /// Edge of the cells, in neighbor cutoffs R; infinite where there is one cell.
     pub fn edge(&self) -> f64 {
         self.edge
+    }
+
+    pub fn order(&self) -> CellOrder {
+        self.order
+    }
+
+    pub fn sort(&self) -> Sort {
+        self.sort
+    }
+
+    pub fn with_order(self, order: CellOrder) -> Self {
+        Self { order, ..self }
+    }
+
+    pub fn with_sort(self, sort: Sort) -> Self {
+        Self { sort, ..self }
     }
 
     /// Particles of an octant are sorted by its parts too.
@@ -107,11 +157,20 @@ impl From<Search> for SearchPlan {
     }
 }
 
-/// "octant", or with an edge that is not the usual one "octant:2.52".
+/// "octant", or with what is not usual "octant:2.52+zorder+radix".
 impl fmt::Display for SearchPlan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.search.name())?;
-        if *self != self.search.plan() { write!(f, ":{}", self.edge) } else { Ok(()) }
+        if self.edge != self.search.plan().edge {
+            write!(f, ":{}", self.edge)?;
+        }
+        if self.order != CellOrder::default() {
+            write!(f, "+{}", self.order.name())?;
+        }
+        if self.sort != Sort::default() {
+            write!(f, "+{}", self.sort.name())?;
+        }
+        Ok(())
     }
 }
 
@@ -120,6 +179,15 @@ impl FromStr for SearchPlan {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
+        let (text, rest) = text.split_once('+').map_or((text, None), |(text, rest)| (text, Some(rest)));
+        let (mut order, mut sort) = (CellOrder::default(), Sort::default());
+        for word in rest.into_iter().flat_map(|rest| rest.split('+')) {
+            match word {
+                "zorder" => order = CellOrder::Curve,
+                "radix" => sort = Sort::Radix,
+                _ => return Err(format!("expected 'zorder' or 'radix' after '+', got '{word}'")),
+            }
+        }
         let (name, edge) = match text.split_once(':') {
             Some((name, edge)) => (name, Some(edge)),
             None => (text, None),
@@ -128,11 +196,14 @@ impl FromStr for SearchPlan {
             return Err(format!("expected a search, one of {}, got '{name}'", Search::NAMES.join(", ")));
         };
         let search = Search::ALL[place];
-        match edge.map(str::parse::<f64>) {
-            None => Ok(search.plan()),
-            Some(Ok(edge)) => search.with_edge(edge),
-            Some(Err(_)) => Err(format!("expected an edge in neighbor cutoffs, got '{}'", edge.unwrap_or_default())),
-        }
+        let plan = match edge.map(str::parse::<f64>) {
+            None => search.plan(),
+            Some(Ok(edge)) => search.with_edge(edge)?,
+            Some(Err(_)) => {
+                return Err(format!("expected an edge in neighbor cutoffs, got '{}'", edge.unwrap_or_default()));
+            }
+        };
+        Ok(plan.with_order(order).with_sort(sort))
     }
 }
 
@@ -146,11 +217,21 @@ mod tests {
             assert_eq!(search.name().parse(), Ok(search.plan()));
             assert_eq!(search.plan().to_string(), search.name());
         }
-        for text in ["standard:0.5", "standard:4", "octant:2.52", "trimmed:3", "midplane:2"] {
+        for text in [
+            "standard:0.5",
+            "standard:4",
+            "octant:2.52",
+            "trimmed:3",
+            "midplane:2",
+            "trimmed+zorder",
+            "octant:4+radix",
+            "standard:2+zorder+radix",
+        ] {
             let plan: SearchPlan = text.parse().unwrap();
             assert_eq!(plan.to_string(), text);
         }
         assert_eq!("octant:2.0".parse(), Ok(Search::Octant.plan()));
+        assert_eq!("octant+radix+zorder".parse::<SearchPlan>().unwrap().to_string(), "octant+zorder+radix");
     }
 
     #[test]
@@ -166,6 +247,7 @@ mod tests {
         assert!(error("standard:0").contains("at least 0.1 neighbor cutoffs, got 0"));
         assert!(error("standard:NaN").contains("got NaN") && error("octant:inf").contains("got inf"));
         assert_eq!(error("brute:2"), "the search 'brute' has no cells");
+        assert_eq!(error("octant+quick"), "expected 'zorder' or 'radix' after '+', got 'quick'");
         assert_eq!(error("octant:wide"), "expected an edge in neighbor cutoffs, got 'wide'");
         assert_eq!(error("quick"), "expected a search, one of trimmed, octant, midplane, standard, brute, got 'quick'");
     }

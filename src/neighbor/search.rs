@@ -9,7 +9,7 @@ use std::ops::{Add, Mul};
 
 use super::axis::{Axis, AxisRequest, Reach, Visit};
 use super::cells::{Cells, OCTANTS};
-use super::plan::{Search, SearchPlan};
+use super::plan::{CellOrder, Search, SearchPlan};
 use crate::system::{SimulationBox, Vec3};
 
 /// Bits of a cell's number along an axis: three such numbers and the octant make a 64-bit key.
@@ -44,6 +44,8 @@ pub struct Grid {
     pub compact: bool,
     /// Particles of an octant differ in the cells they look into; they are sorted by that.
     pub midplane: bool,
+    /// In which cells follow each other.
+    pub order: CellOrder,
 }
 
 impl Grid {
@@ -55,15 +57,25 @@ impl Grid {
                 if periodic { (simulation_box.lo[axis], simulation_box.hi[axis]) } else { (low[axis], high[axis]) };
             Axis::new(&AxisRequest { lo, hi, periodic, radius, plan, most_cells: MOST_CELLS })
         });
-        Self { axes, compact: plan.is_compact(), midplane: plan.search() == Search::Midplane }
+        Self { axes, compact: plan.is_compact(), midplane: plan.search() == Search::Midplane, order: plan.order() }
     }
 
-    /// Number of cells, which may be far more than there are particles.
-    pub fn cells(&self) -> u64 {
-        self.axes.iter().map(|a| a.cells as u64).product()
+    /// Cells along each axis of the box of cells that hashes number one after the other: the grid, or for a Z-order curve the
+    /// cube of a power of two that holds it.
+    pub fn numbered(&self) -> [u64; 3] {
+        let cells = self.axes.map(|axis| axis.cells as u64);
+        match self.order {
+            CellOrder::Rows => cells,
+            CellOrder::Curve => [cells.into_iter().max().unwrap_or(1).next_power_of_two(); 3],
+        }
     }
 
-    /// The sort key of a particle: cell hash (X fastest), octant, part of the octant.
+    /// All hashes are smaller; it may be far more than there are particles.
+    pub fn hashes(&self) -> u64 {
+        self.numbered().into_iter().product()
+    }
+
+    /// The sort key of a particle: cell hash, octant, part of the octant.
     #[inline]
     pub fn key(&self, at: &Vec3) -> Key {
         let places: [(f64, f64); 3] = std::array::from_fn(|a| self.axes[a].locate(at[a]));
@@ -85,14 +97,21 @@ impl Grid {
         (0..3).map(|axis| u32::from(divides(axis)) << axis).sum()
     }
 
-    /// Equation 1 of Morillo et al.: `z ny nx + y nx + x`.
+    /// Equation 1 of Morillo et al., `z ny nx + y nx + x`, or the place on a Z-order curve.
     #[inline]
     pub fn hash(&self, cell: [i64; 3]) -> u64 {
-        row_major(cell.map(|c| c as u64), self.axes.map(|axis| axis.cells as u64))
+        let cell = cell.map(|c| c as u64);
+        match self.order {
+            CellOrder::Rows => row_major(cell, self.axes.map(|axis| axis.cells as u64)),
+            CellOrder::Curve => apart(cell[0]) | apart(cell[1]) << 1 | apart(cell[2]) << 2,
+        }
     }
 
     /// Cell coordinates of a hash.
     pub fn unhash(&self, hash: u64) -> [i64; 3] {
+        if self.order == CellOrder::Curve {
+            return [0, 1, 2].map(|axis| together(hash >> axis) as i64);
+        }
         let [nx, ny] = [self.axes[0].cells as u64, self.axes[1].cells as u64];
         [(hash % nx) as i64, (hash / nx % ny) as i64, (hash / nx / ny) as i64]
     }
@@ -118,6 +137,27 @@ impl Grid {
 #[inline(always)]
 pub fn row_major<T: Copy + Add<Output = T> + Mul<Output = T>>(cell: [T; 3], cells: [T; 3]) -> T {
     (cell[2] * cells[1] + cell[1]) * cells[0] + cell[0]
+}
+
+/// Steps in which bits are moved three places apart: how far, and which bits there are then.
+pub const APART: [(u32, u64); 5] = [
+    (32, 0x001f_0000_0000_ffff),
+    (16, 0x001f_0000_ff00_00ff),
+    (8, 0x100f_00f0_0f00_f00f),
+    (4, 0x10c3_0c30_c30c_30c3),
+    (2, 0x1249_2492_4924_9249),
+];
+
+/// A number of up to [`CELL_BITS`] bits with these three places apart.
+#[inline(always)]
+fn apart(x: u64) -> u64 {
+    APART.iter().fold(x, |x, (by, mask)| (x | x << by) & mask)
+}
+
+/// The number that [`apart`] has been given; other bits than its are left out.
+fn together(x: u64) -> u64 {
+    let masks = APART.iter().rev().skip(1).map(|(_, mask)| *mask).chain([(1 << 21) - 1]);
+    APART.iter().rev().zip(masks).fold(x & APART[4].1, |x, ((by, _), mask)| (x | x >> by) & mask)
 }
 
 /// Bits of an eighth of a cell, three places apart: interleaved with those of the other axes, X lowest, they are the part of an
@@ -157,6 +197,36 @@ fn octant_runs(cells: &Cells, k: usize, [x, y, z]: [Visit; 3], join: bool, runs:
         match runs.last_mut() {
             Some(last) if join && last.end == start && last.image == image => last.end = end,
             _ => runs.push(Run { start, end, image }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::system::Side;
+
+    #[test]
+    fn hashes_are_different_numbers_below_the_bound_and_lead_back() {
+        let space = SimulationBox::new(Vec3::zeros(), Vec3::new(10.5, 7.0, 3.5), [[Side::Periodic; 2]; 3]);
+        for (order, bound) in [(CellOrder::Rows, 10 * 7 * 3), (CellOrder::Curve, 16 * 16 * 16)] {
+            let plan = Search::Standard.plan().with_order(order);
+            let grid = Grid::new(plan, &space, &space.lo, &space.hi, 0.999);
+            assert_eq!((grid.axes.map(|axis| axis.cells), grid.hashes()), ([10, 7, 3], bound));
+            let mut seen = vec![false; bound as usize];
+            for cell in (0..210).map(|k| [k % 10, k / 10 % 7, k / 70]) {
+                let hash = grid.hash(cell);
+                assert!(!std::mem::replace(&mut seen[hash as usize], true), "{cell:?}");
+                assert_eq!(grid.unhash(hash), cell);
+            }
+        }
+    }
+
+    #[test]
+    fn a_z_order_curve_goes_through_each_cube_of_a_power_of_two() {
+        for x in [0, 1, 2, 0b1011, (1 << CELL_BITS) - 1] {
+            let bits = (0..CELL_BITS).map(|bit| (x >> bit & 1) << (3 * bit)).sum::<u64>();
+            assert_eq!((apart(x), together(bits), together(bits | bits << 1)), (bits, x, x));
         }
     }
 }

@@ -28,8 +28,12 @@ impl Experiment {
     }
 
     fn line(&self, cell: impl Fn(&str) -> String) -> String {
-        // As wide as "standard:2.52", the longest cell, and numbers of six digits.
-        let width = |head: &str| if head == "search" { 13 } else { head.len().max(9) };
+        // As wide as "standard:2+zorder+radix", the longest cell, and numbers of six digits.
+        let width = |head: &str| match head {
+            "search" => 23,
+            "integrator" => 10,
+            _ => head.len().max(9),
+        };
         let cells = self.shown.iter().map(|head| format!("{:>width$}", cell(head), width = width(head)));
         cells.collect::<Vec<_>>().join(" ")
     }
@@ -48,7 +52,7 @@ mod tests {
     fn lines_have_the_shown_columns_in_their_order() {
         let experiment = Experiment { name: "", title: "", shown: &["search", "particles", "b"] };
         let row = vec![("b", "1".into()), ("c", "2".into()), ("search", "standard:2.52".into())];
-        assert_eq!(experiment.table_line(&row), "standard:2.52                   1");
-        assert_eq!(experiment.heads(), "       search particles         b");
+        assert_eq!(experiment.table_line(&row), "          standard:2.52                   1");
+        assert_eq!(experiment.heads(), "                 search particles         b");
     }
 }

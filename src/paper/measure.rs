@@ -6,7 +6,7 @@ use super::experiment::{Row, number};
 use super::scenes::Scene;
 use crate::Error;
 use crate::bench::{Halt, Machine, Spread};
-use crate::engine::{Backend, Needs, StageSeconds, Work};
+use crate::engine::{Backend, Needs, Precision, StageSeconds, Work};
 use crate::neighbor::SearchPlan;
 use crate::session::{Settings, is_interrupted};
 
@@ -24,13 +24,20 @@ pub struct Lab {
     pub rounds: usize,
     /// Seconds of a round, about; a build at least.
     pub round_seconds: f64,
+    /// The shortest timestep is the paper's, halved so many times.
+    pub halvings: u32,
 }
 
 impl Lab {
     /// Columns that say where it was measured.
     pub fn cells(&self) -> Row {
+        self.cells_in(self.settings.precision)
+    }
+
+    /// The same where the precision is not the one that was asked for.
+    pub fn cells_in(&self, precision: Precision) -> Row {
         vec![
-            ("precision", self.settings.precision.name().into()),
+            ("precision", precision.name().into()),
             ("backend", self.machine.backend.clone()),
             ("device", self.machine.device.clone()),
             ("driver", self.machine.driver.clone()),

@@ -2,9 +2,12 @@
 
 mod experiment;
 mod figure4;
+mod later;
 mod measure;
+mod orders;
 mod scenes;
 mod searches;
+mod stability;
 mod table1;
 
 use crate::Error;
@@ -12,7 +15,8 @@ use crate::bench::{Ended, Halt, Machine};
 use crate::session::Settings;
 pub use experiment::{Experiment, Row};
 use measure::Lab;
-pub use searches::SEARCHES;
+pub use orders::SEARCHES as ORDERED;
+pub use searches::{EXHAUSTIVE, SEARCHES};
 pub use table1::{Published, TABLE_1, expected_neighbors};
 
 /// What to measure and how.
@@ -26,6 +30,8 @@ pub struct Options {
     pub rounds: usize,
     /// Seconds of a round, about; a build at least.
     pub round_seconds: f64,
+    /// How the paper's step is left: its timestep is halved so many times.
+    pub halvings: u32,
 }
 
 /// What comes out as it is measured.
@@ -39,8 +45,16 @@ pub enum Said {
 }
 
 /// The experiments, in the order in which they are run.
-pub fn experiments() -> [&'static Experiment; 4] {
-    [&table1::EXPERIMENT, &figure4::EXPERIMENT, &searches::FIGURE_5, &searches::DISTRIBUTIONS]
+pub fn experiments() -> [&'static Experiment; 7] {
+    [
+        &table1::EXPERIMENT,
+        &later::EXPERIMENT,
+        &stability::EXPERIMENT,
+        &figure4::EXPERIMENT,
+        &orders::EXPERIMENT,
+        &searches::DISTRIBUTIONS,
+        &searches::FIGURE_5,
+    ]
 }
 
 /// Runs all experiments; `say` gets every row as soon as it is there. An error where the engine cannot be had or fails, or where two
@@ -51,13 +65,16 @@ pub fn run(options: &Options, say: &mut dyn FnMut(Said)) -> Result<Ended, Error>
     if let Some(note) = note {
         say(Said::Note(note));
     }
-    let Options { rounds, round_seconds, .. } = *options;
-    let lab = Lab { settings: options.settings.clone(), machine, rounds, round_seconds };
+    let Options { rounds, round_seconds, halvings, .. } = *options;
+    let lab = Lab { settings: options.settings.clone(), machine, rounds, round_seconds, halvings };
     for experiment in experiments() {
         say(Said::Begin(experiment));
         let found = &mut |row| say(Said::Row(row));
         let ran = match experiment.name {
             "table1" => table1::run(&lab, found),
+            "later" => later::run(&options.sizes, &lab, found),
+            "stability" => stability::run(&lab, found),
+            "orders" => orders::run(&options.sizes, &lab, found),
             "figure4" => figure4::run(&options.sizes, &lab, found),
             "figure5" => searches::by_size(&options.sizes, &lab, found),
             _ => searches::by_distribution(&options.sizes, &lab, found),

@@ -56,6 +56,10 @@ impl Scene {
         self.program.pair.largest_cutoff() + self.program.policy.skin
     }
 
+    pub fn simulation_box(&self) -> &SimulationBox {
+        &self.simulation_box
+    }
+
     /// An engine that holds the particles and builds lists with this search.
     pub fn load(&self, search: SearchPlan, lab: &Lab) -> Result<Box<dyn Backend>, Error> {
         let (mut backend, _) = lab.settings.engine()?;
@@ -72,16 +76,26 @@ pub fn edge(particles: usize) -> f64 {
     nearest.edge * (particles as f64 / nearest.particles as f64).cbrt()
 }
 
-/// Points that are even at random in a cube with an edge of so many R; `round` 0 has the seed of `inputs/paper/`.
+/// The paper's run of points that are even at random in a cube with an edge of so many R, with variables of the script set; `round` 0
+/// has the seed of `inputs/paper/`.
+pub fn start(
+    particles: usize,
+    edge: f64,
+    round: usize,
+    variables: &[(&str, &str)],
+    settings: &Settings,
+) -> Result<FirstRun, Error> {
+    let set = |name: &str, value: &str| (name.to_string(), value.to_string());
+    let numbers =
+        [("n", particles.to_string()), ("edge", edge.to_string()), ("seed", (SEED + round as u32).to_string())];
+    let numbers = numbers.iter().map(|(name, value)| set(name, value));
+    let variables = numbers.chain(variables.iter().map(|(name, value)| set(name, value))).collect();
+    first_run("inputs/paper", SCRIPT, &Settings { variables, ..settings.clone() })
+}
+
+/// The same points at rest.
 pub fn uniform(particles: usize, edge: f64, round: usize, settings: &Settings) -> Result<Scene, Error> {
-    let set = |name: &str, value: String| (name.to_string(), value);
-    let variables = vec![
-        set("n", particles.to_string()),
-        set("edge", edge.to_string()),
-        set("seed", (SEED + round as u32).to_string()),
-    ];
-    let settings = Settings { variables, ..settings.clone() };
-    let FirstRun { program, state, simulation_box, .. } = first_run("inputs/paper", SCRIPT, &settings)?;
+    let FirstRun { program, state, simulation_box, .. } = start(particles, edge, round, &[], settings)?;
     Ok(Scene::new("uniform", program, state, simulation_box))
 }
 

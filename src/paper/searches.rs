@@ -26,6 +26,10 @@ pub const SEARCHES: [&str; 14] = [
     "midplane:4",
 ];
 
+/// All pairs, which the paper begins with, up to so many particles.
+pub const EXHAUSTIVE: &str = "brute";
+const MOST_EXHAUSTIVE: usize = 20_000;
+
 /// Most particles of a distribution: the dense one has eight times the neighbors.
 const MOST_DISTRIBUTED: usize = 100_000;
 
@@ -60,7 +64,8 @@ const SHOWN: [&str; 12] = [
 pub fn by_size(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
     for particles in sizes {
         let scene = scenes::uniform(*particles, scenes::edge(*particles), 0, &lab.settings)?;
-        compare(&scene, lab, found)?;
+        let exhaustive = (*particles <= MOST_EXHAUSTIVE).then_some(EXHAUSTIVE);
+        compare(&scene, &SEARCHES.into_iter().chain(exhaustive).collect::<Vec<_>>(), lab, found)?;
     }
     Ok(())
 }
@@ -69,14 +74,15 @@ pub fn by_size(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result
 pub fn by_distribution(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
     let particles = sizes.iter().copied().max().unwrap_or(0).min(MOST_DISTRIBUTED);
     for scene in scenes::distributions(particles, &lab.settings)? {
-        compare(&scene, lab, found)?;
+        compare(&scene, &SEARCHES, lab, found)?;
     }
     Ok(())
 }
 
-/// All searches on a scene. An error where they find different numbers of neighbors.
-fn compare(scene: &Scene, lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
-    let cases = SEARCHES.map(|search| (scene, search.parse::<SearchPlan>().expect("a search")));
+/// Searches on a scene. An error where they find different numbers of neighbors.
+pub fn compare(scene: &Scene, searches: &[&str], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
+    let plan = |search: &&str| search.parse::<SearchPlan>().expect("a search");
+    let cases: Vec<_> = searches.iter().map(|search| (scene, plan(search))).collect();
     let particles = scene.state.len();
     let mut listed = Vec::new();
     time(&cases, lab, &mut |scene, timed| {
@@ -86,6 +92,8 @@ fn compare(scene: &Scene, lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), H
             ("search", timed.search.to_string()),
             ("method", timed.search.search().name().into()),
             ("edge", timed.search.edge().to_string()),
+            ("order", timed.search.order().name().into()),
+            ("sort", timed.search.sort().name().into()),
         ];
         row.extend(timed.cells(particles, lab));
         found(row);

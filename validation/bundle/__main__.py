@@ -12,14 +12,14 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from validation.bundle import comparison, device, sanitizer, speed, suites, summary
+from validation.bundle import comparison, device, paper, sanitizer, speed, suites, summary
 from validation.bundle.outcome import FAILED, PASSED, Outcome, call
 
 ROOT = Path(__file__).resolve().parent.parent.parent
-PARTS = ("tests", "sanitizer", "validation", "bench", "engine")
+PARTS = ("tests", "sanitizer", "validation", "bench", "paper", "engine")
 
 #: Parts that measure run only where they are asked for.
-MEASURING = ("bench", "engine")
+MEASURING = ("bench", "paper", "engine")
 
 
 def main() -> int:
@@ -66,7 +66,7 @@ def _arguments() -> argparse.Namespace:
         "failed, but something could not be run.",
     )
     parser.add_argument(
-        "parts", nargs="*", metavar="PART", help=f"of {', '.join(PARTS)}; all but {' and '.join(MEASURING)} by default"
+        "parts", nargs="*", metavar="PART", help=f"of {', '.join(PARTS)}; all but {', '.join(MEASURING)} by default"
     )
     parser.add_argument("--results", type=Path, default=Path("results"), help="folder for summary and logs (results)")
     parser.add_argument(
@@ -75,10 +75,12 @@ def _arguments() -> argparse.Namespace:
         default="cuda",
         help="engine under test; cpu tries the bundle without a GPU",
     )
-    bench = parser.add_argument_group("bench")
-    bench.add_argument("--sizes", nargs="+", type=int, metavar="N", help="numbers of atoms")
-    bench.add_argument("--quick", action="store_true", help="two small sizes, a round: shows that everything works")
-    bench.add_argument("--limit", type=float, default=470.0, metavar="SECONDS", help="time for it (470)")
+    bench = parser.add_argument_group("bench and paper")
+    bench.add_argument("--sizes", nargs="+", type=int, metavar="N", help="numbers of atoms or particles")
+    bench.add_argument("--quick", action="store_true", help="small sizes, few rounds: shows that everything works")
+    bench.add_argument(
+        "--limit", type=float, metavar="SECONDS", help=f"time for it ({speed.LIMIT:g}, paper {paper.LIMIT:g})"
+    )
     arguments = parser.parse_intermixed_args()
     if unknown := [part for part in arguments.parts if part not in PARTS]:
         parser.error(f"there is no part {', '.join(unknown)}; there are {', '.join(PARTS)}")
@@ -105,7 +107,10 @@ def _outcomes(
     if "bench" in arguments.parts:
         words = ["--sizes", *map(str, arguments.sizes)] if arguments.sizes else []
         words += ["--quick"] if arguments.quick else []
-        yield from speed.run(ROOT, results, scratch, environment, found, backend, arguments.limit, words)
+        yield from speed.run(ROOT, results, scratch, environment, found, backend, arguments.limit or speed.LIMIT, words)
+    if "paper" in arguments.parts:
+        limit, sizes = arguments.limit or paper.LIMIT, arguments.sizes or ()
+        yield from paper.run(ROOT, results, scratch, environment, found, backend, limit, sizes, arguments.quick)
     if "engine" in arguments.parts:
         for file in bundle["benches"]:
             log = Path("engine") / f"{Path(file).name}.log"

@@ -18,7 +18,7 @@ PASSED, FAILED, SKIPPED = "passed", "failed", "skipped"
 class Outcome:
     """One line of the summary. Nothing that was skipped counts as passed."""
 
-    #: Part of the run: tests, sanitizer, validation, bench, engine.
+    #: Part of the run: tests, sanitizer, validation, bench, paper, engine.
     part: str
     name: str
     #: PASSED, FAILED or SKIPPED.

@@ -17,6 +17,9 @@ PEERS = "gpu-peers"
 #: Where the CUDA toolkit is, unless CUDA_HOME says otherwise: OpenMM needs its NVRTC and cuFFT.
 _TOOLKIT = "/usr/local/cuda"
 
+#: Seconds, unless others are asked for.
+LIMIT = 470.0
+
 #: Seconds beyond the limit of the benchmark itself, for what it writes at its end.
 _GRACE = 120.0
 

@@ -247,7 +247,7 @@ mod tests {
         }
         let ids: Vec<u32> = (0..x.len() as u32).collect();
         let mut cells = Cells::default();
-        cells.build(x.len(), grid.cells(), |k| grid.key(&x[k]), &ids);
+        cells.build(&grid, plan.sort(), &x, &ids);
         (grid, cells)
     }
 

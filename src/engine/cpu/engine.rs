@@ -169,8 +169,8 @@ impl<M: Mode> Engine<M> {
         let radius = self.neighbor_cutoffs.iter().copied().fold(0.0, f64::max);
         self.sort_storage(set_up, radius);
         let grid = self.staging.grid(self.program.search, &self.simulation_box, radius);
-        let Self { staging, held, cells, .. } = self;
-        cells.build(staging.len(), grid.cells(), |k| grid.key(&staging.x[k]), &staging.id);
+        let Self { staging, held, cells, program, .. } = self;
+        cells.build(&grid, program.search.sort(), &staging.x, &staging.id);
         held.gather(staging, cells);
         self.moving.take(&mut self.held, &grid, &self.cells, &self.simulation_box);
         self.seconds.sort += clock.elapsed().as_secs_f64();

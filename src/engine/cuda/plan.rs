@@ -323,12 +323,14 @@ fn visits(grid: &Grid) -> (Vec<[i32; 4]>, Vec<u32>) {
 /// Cells of the table along each axis: those of the grid, or fewer where the grid has far more than there are particles.
 fn fold(grid: &Grid, n: usize) -> ([u32; 3], bool) {
     let most = most_dense_cells(n);
-    let mut table = grid.axes.map(|axis| axis.cells as u64);
+    // Edges of a Z-order curve's table stay powers of two, the last axis being halved first: numbers stay below their product.
+    let whole = grid.numbered();
+    let mut table = whole;
     while table.iter().product::<u64>() > most {
         let largest = table.iter_mut().max().expect("there are three axes");
         *largest = largest.div_ceil(2);
     }
-    (table.map(|t| t as u32), table != grid.axes.map(|axis| axis.cells as u64))
+    (table.map(|t| t as u32), table != whole)
 }
 
 /// LAMMPS's bins along each axis, if storage order is sorted by them.

@@ -2,7 +2,7 @@
 
 use crate::dynamics::{Fix, Phase};
 use crate::engine::{Precision, Program};
-use crate::neighbor::{OCTANTS, Search};
+use crate::neighbor::{CellOrder, OCTANTS, Search};
 use crate::system::{GROUP_ALL, SimulationBox};
 
 /// Everything that decides the text of the kernels.
@@ -29,6 +29,8 @@ pub struct Shape {
     pub scaled: bool,
     /// Cells far apart share a place in the table.
     pub folded: bool,
+    /// Cells follow each other along a Z-order curve.
+    pub curve: bool,
     pub compact: bool,
     /// Particles of an octant differ in the cells they look into.
     pub midplane: bool,
@@ -77,6 +79,7 @@ impl Shape {
             inner: false,
             scaled: false,
             folded: false,
+            curve: program.search.order() == CellOrder::Curve,
             compact: program.search.is_compact(),
             midplane: program.search.search() == Search::Midplane,
             octants: OCTANTS as u32 - 1,

@@ -7,7 +7,7 @@ use crate::dynamics::{Fix, FixStyle, FixVisitor, Given, INWARD, Motion, Phase, S
 use crate::engine::Program;
 use crate::neighbor::OCTANTS;
 use crate::neighbor::axis::{in_cells, locate, middle};
-use crate::neighbor::search::{CELL_BITS, PART_BITS, SPREAD, row_major};
+use crate::neighbor::search::{APART, CELL_BITS, PART_BITS, SPREAD, row_major};
 use crate::neighbor::ties::{TieBox, hold, is_tied, tied_squared_distance};
 use crate::pair::truncation::{Cut, Shifted, Truncation};
 use crate::pair::{PairStyle, PairTable, StyleVisitor, with_style};
@@ -153,6 +153,7 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("IMAGES", shape.images),
         ("SCALED", shape.scaled),
         ("FOLDED", shape.folded),
+        ("CURVE", shape.curve),
         ("SHORT", shape.short_entries),
         ("INNER", shape.inner),
         ("COMPACT", shape.compact),
@@ -305,6 +306,11 @@ fn rules(shape: &Shape) -> String {
         &tape,
         &[("*number", number)],
     );
+    if shape.curve {
+        let steps: String =
+            APART.iter().map(|(by, mask)| format!("    x = (x | x << {by}) & {mask:#x}ull;\n")).collect();
+        text += &format!("__device__ __forceinline__ u64 apart(u64 x) {{\n{steps}    return x;\n}}\n");
+    }
     let tape = Recording::start();
     let (wrapped, images) = wrap_once(tape.input("x"), tape.input("lo"), tape.input("hi"));
     let arguments = "double x, double lo, double hi, double* wrapped, double* images";

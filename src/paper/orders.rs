@@ -1,0 +1,105 @@
+//! What the paper decides without a number: cells row after row against a Z-order curve, which it turns down, and a radix sort, which
+//! it takes, against counting.
+
+use super::experiment::{Experiment, Row, number};
+use super::measure::Lab;
+use super::scenes::{self, Scene};
+use super::searches::compare;
+use crate::Error;
+use crate::bench::Halt;
+use crate::engine::Needs;
+use crate::neighbor::{Cells, Grid, SearchPlan, Sort};
+
+/// Each search with both orders and both sorts. The trimmed search has particles along a curve inside each octant, the others not.
+pub const SEARCHES: [&str; 16] = [
+    "standard",
+    "standard+zorder",
+    "standard+radix",
+    "standard+zorder+radix",
+    "standard:2",
+    "standard:2+zorder",
+    "standard:2+radix",
+    "standard:2+zorder+radix",
+    "octant",
+    "octant+zorder",
+    "octant+radix",
+    "octant+zorder+radix",
+    "trimmed",
+    "trimmed+zorder",
+    "trimmed+radix",
+    "trimmed+zorder+radix",
+];
+
+/// Particles whose neighbors' places are looked at, about.
+const SAMPLE: usize = 20_000;
+
+/// Particles between neighbors that lie far from each other: four coordinates in f32 of so many fill 64 KiB, a share of a cache.
+const FAR: u32 = 4_096;
+
+/// Most particles: what is larger shows nothing new here.
+const MOST: usize = 2_000_000;
+
+pub static EXPERIMENT: Experiment = Experiment {
+    name: "orders",
+    title: "Order of cells and sort: list builds, microseconds a build",
+    shown: &[
+        "particles",
+        "search",
+        "apart",
+        "far_percent",
+        "sort_us",
+        "list_us",
+        "build_us",
+        "build_us_least",
+        "build_us_most",
+        "build_ns_per_neighbor",
+    ],
+};
+
+/// The even distribution of each size; on an engine that has no radix sort, without it.
+pub fn run(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
+    let by_radix = |name: &&str| name.parse::<SearchPlan>().is_ok_and(|plan| plan.sort() == Sort::Radix);
+    let searches: Vec<&str> =
+        SEARCHES.into_iter().filter(|name| lab.machine.backend == "cpu" || !by_radix(name)).collect();
+    for particles in sizes.iter().filter(|n| **n <= MOST) {
+        let scene = scenes::uniform(*particles, scenes::edge(*particles), 0, &lab.settings)?;
+        let pairs = pairs(&scene, lab)?;
+        compare(&scene, &searches, lab, &mut |mut row| {
+            let search = row.iter().find(|(head, _)| *head == "search").map(|(_, name)| name.parse::<SearchPlan>());
+            let apart = search.and_then(Result::ok).map_or([0.0; 2], |plan| apart(&scene, plan, &pairs));
+            row.push(("apart", number(apart[0])));
+            row.push(("far_percent", number(apart[1])));
+            found(row);
+        })?;
+    }
+    Ok(())
+}
+
+/// Neighbors of some particles that are spread evenly over the ids, as places in the state.
+fn pairs(scene: &Scene, lab: &Lab) -> Result<Vec<(usize, usize)>, Halt> {
+    let mut backend = scene.load(SearchPlan::default(), lab)?;
+    backend.set_up(Needs::default()).map_err(|stop| Error::Fault(stop.to_string()))?;
+    let every = scene.state.len().div_ceil(SAMPLE) as u32;
+    let pairs = backend.pairs_where(&|id| id.is_multiple_of(every))?;
+    // The script numbers particles from 1 in the order in which it makes them.
+    Ok(pairs.into_iter().map(|(i, j, _)| (i as usize - 1, j as usize - 1)).collect())
+}
+
+/// How dispersed neighbors lie in memory: the middle of the numbers of particles from one to the other, and the percentage of
+/// pairs that have more than [`FAR`] between them.
+fn apart(scene: &Scene, plan: SearchPlan, pairs: &[(usize, usize)]) -> [f64; 2] {
+    let state = &scene.state;
+    let (low, high) = state.bounds();
+    let grid = Grid::new(plan, scene.simulation_box(), &low, &high, scene.radius());
+    let mut cells = Cells::default();
+    cells.build(&grid, plan.sort(), &state.x, &state.id);
+    let mut place = vec![0; state.len()];
+    for (to, from) in (0u32..).zip(cells.sources()) {
+        place[*from as usize] = to;
+    }
+    let mut between: Vec<u32> = pairs.iter().map(|(i, j)| u32::abs_diff(place[*i], place[*j])).collect();
+    let (count, far) = (between.len().max(1), between.iter().filter(|n| **n > FAR).count());
+    let middle = between.len() / 2;
+    let median = if between.is_empty() { 0 } else { *between.select_nth_unstable(middle).1 };
+    [f64::from(median), 100.0 * far as f64 / count as f64]
+}
