@@ -56,6 +56,9 @@ fn scenes() -> Vec<Scene> {
     sorted.fixes[0].group = 4;
     sorted.policy.check = false;
     add("storage sort, group".into(), sorted, gas(5000, 30.0, Side::Periodic));
+    let mut limited = program(&[2.5, 2.0], 0.3, Search::Trimmed);
+    limited.fixes[0] = Fix { style: "nve/limit", group: 4, parameters: vec![0.1], ..Fix::default() };
+    add("limited steps".into(), limited, gas(500, 20.0, Side::Periodic));
     // Walls and gravity for all, and for a group of a scene with two masses.
     for (group, types) in [(GROUP_ALL, 1), (4, 2)] {
         let mut walled = program(&[2.5, 2.0][..types], 0.3, Search::Trimmed);

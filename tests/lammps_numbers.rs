@@ -169,3 +169,68 @@ fn other_styles_print_what_lammps_prints() {
         assert_eq!(compared(&folder.says("run a.in --precision double"))[..4], rows);
     }
 }
+
+/// Tail corrections of a slab whose volume changes: kept by a run without set-up, counted anew by a set-up.
+const TAIL: &str = "\
+units lj
+boundary p p s
+lattice fcc 0.8442
+region b block 0 3 0 3 0 3
+create_box 2 b
+region half block INF INF INF INF INF 1.4
+create_atoms 1 box
+group low region half
+create_atoms 2 single 0.5 0.5 0.5
+create_atoms 2 single 1.5 1.5 0.5
+mass 1 1
+mass 2 1.5
+velocity all create 1.44 87287
+pair_style lj/cut 2.5
+pair_coeff 1 1 1 1
+pair_coeff 2 2 0.5 0.9 2.2
+pair_modify tail yes
+fix 1 all nve
+thermo_style custom step pe evdwl etail enthalpy press pxx pxy
+thermo 10
+run 20
+create_atoms 1 single 1.5 1.5 3.1
+print \"NOW $(etail:%.10g) $(pe:%.10g)\"
+run 10
+pair_modify tail no
+run 1 pre no
+thermo_modify norm no
+pair_modify tail yes mix arithmetic
+run 1
+pair_modify tail no shift yes
+run 0
+";
+
+const TAIL_ROWS: [&str; 11] = [
+    "0 -5.9362561 -5.9362561 -0.52934287 -6.4552726 -2.6630286 -2.9670795 -0.03522258",
+    "10 -5.9865441 -5.9865441 -0.51362124 -5.5992529 -1.7642147 -1.8790578 0.02724717",
+    "20 -5.137628 -5.137628 -0.50035702 -1.111985 2.5162313 2.6144507 -0.033361578",
+    "NOW -0.5003570216 -5.137628005",
+    "20 -5.1270549 -5.1270549 -0.48978387 -1.0802945 2.482606 2.5787499 -0.032656607",
+    "30 -5.4528889 -5.4528889 -0.47537443 -2.7105533 0.93296279 1.6108564 -0.28898564",
+    "30 -4.9775145 -4.9775145 0 -1.2857316 1.7858946 2.4637882 -0.28898564",
+    "31 -4.952637 -4.952637 0 -1.2003594 1.8621787 2.6004823 -0.30802681",
+    "31 -694.15603 -694.15603 -60.249427 -333.6285 1.0115438 1.7415321 -0.3051164",
+    "32 -689.86668 -689.86668 -60.249427 -317.74833 1.1216562 1.9155507 -0.31207801",
+    "32 -581.15607 -581.15607 0 -88.703835 1.9516666 2.7430515 -0.31109147",
+];
+
+#[test]
+fn tail_corrections_are_those_of_lammps() {
+    let folder = Folder::new("tail");
+    folder.write("a.in", TAIL);
+    let said = folder.says("run a.in --precision double");
+    let rows: Vec<String> =
+        compared(&said).into_iter().filter(|row| !row.contains("build") && !row.contains('#')).collect();
+    assert_eq!(rows, TAIL_ROWS);
+    assert_eq!(said.matches("WARNING: tail corrections").count(), 3, "{said}");
+    let plain = YUKAWA.replace("mix sixthpower", "mix sixthpower tail yes");
+    folder.write("a.in", &plain);
+    let said = folder.says("run a.in --precision double");
+    assert!(said.contains("WARNING: pair style yukawa has no tail corrections"), "{said}");
+    assert_eq!(compared(&said)[..4], YUKAWA_ROWS);
+}

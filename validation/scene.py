@@ -46,6 +46,8 @@ _KNOWN: dict[str, dict] = {
     "morse": {"lj_time": 0.418, "quick": {"size": 4, "steps": 100}},
     "mixture": {"variables": {"data": str(INPUTS / "mixture.data")}, "quick": {"steps": 100}},
     "real": {"lj_time": 2151.0, "quick": {"size": 5, "steps": 200}},
+    "limit": {"quick": {"steps": 100}},
+    "tail": {"quick": {"steps": 150}},
     "walls": {"quick": {"steps": 150}},
     "yukawa": {"quick": {"size": 5, "steps": 150}},
     "slab": {"quick": {"size": 5, "steps": 160}},
