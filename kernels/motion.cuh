@@ -103,6 +103,11 @@ __device__ __forceinline__ void displacement_of(const Arrays& a, const Scene& s,
     }
 }
 
+#ifdef NOISE
+// The part of the run that lies behind at a step.
+__device__ __forceinline__ double progress_of(const Scene& s, i64 step) { return step == s.run_first ? 0.0 : (double)(step - s.run_first) / (double)s.run_steps; }
+#endif
+
 #ifdef FORCES
 // What fixes add to the force on a particle that pairs have given.
 __device__ __forceinline__ void add_forces(const Arrays& a, const Scene& s, const Run& r, u32 k, real f[3]) {
@@ -112,7 +117,13 @@ __device__ __forceinline__ void add_forces(const Arrays& a, const Scene& s, cons
 #else
     const u32 mask = 0;
 #endif
+#ifdef NOISE
+    real v[3];
+    for (u32 axis = 0; axis < 3; axis++) v[axis] = (real)axis_of(a.v, s, axis)[k];
+    fixes_force(f, mass, mask, v, (real)s.dt, (real)progress_of(s, r.step), side_of(a.held_id, s, r.parity, 1)[k], r.step, s);
+#else
     fixes_force(f, mass, mask, s);
+#endif
 }
 #endif
 

@@ -59,6 +59,13 @@ fn scenes() -> Vec<Scene> {
     let mut limited = program(&[2.5, 2.0], 0.3, Search::Trimmed);
     limited.fixes[0] = Fix { style: "nve/limit", group: 4, parameters: vec![0.1], ..Fix::default() };
     add("limited steps".into(), limited, gas(500, 20.0, Side::Periodic));
+    for (group, choice) in [(GROUP_ALL, 0), (4, 1)] {
+        let mut noisy = program(&[2.5, 2.0], 0.3, Search::Trimmed);
+        let bath =
+            Fix { style: "langevin", group, choice, parameters: vec![1.0, 2.0, 1.0, 5.0, 7.0], ..Fix::default() };
+        noisy.fixes.push(bath);
+        add(format!("random forces, choice {choice}"), noisy, gas(500, 20.0, Side::Periodic));
+    }
     // Walls and gravity for all, and for a group of a scene with two masses.
     for (group, types) in [(GROUP_ALL, 1), (4, 2)] {
         let mut walled = program(&[2.5, 2.0][..types], 0.3, Search::Trimmed);

@@ -14,7 +14,7 @@ use octant::system::{GROUP_ALL, SimulationBox, State, Vec3};
 const ALL: Needs = Needs { energy: true, virial: true, pressure: true, positions: true, forces: true };
 
 fn fix(style: &'static str, group: u32, choice: u32, parameters: Vec<f64>) -> Fix {
-    Fix { id: style.into(), style, group, choice, parameters }
+    Fix { id: style.into(), style, group, choice, parameters, ..Fix::default() }
 }
 
 fn gravity(group: u32, acceleration: [f64; 3]) -> Fix {

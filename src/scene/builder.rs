@@ -186,7 +186,8 @@ impl SceneBuilder {
         let space = self.space()?;
         let group = self.groups.find(group)?;
         let lattice_unit = self.lattice.as_ref().map_or(Vec3::repeat(1.0), Lattice::spacing);
-        let Some(parsed) = parse_fix(&style.text, args, &FixScene { simulation_box: space, lattice_unit }) else {
+        let scene = FixScene { simulation_box: space, lattice_unit, units: self.units };
+        let Some(parsed) = parse_fix(&style.text, args, &scene) else {
             let names: Vec<_> = crate::dynamics::fixes().iter().map(|f| f.0).collect();
             let message = format!("fix style '{}' is not part of octant; available: {}", style.text, names.join(", "));
             return Err(Complaint::new(style.word, message));
@@ -270,6 +271,7 @@ impl SceneBuilder {
             fixes: self.fixes.clone(),
             timestep: self.timestep,
             policy: self.policy,
+            range: (self.step, self.step),
             search,
             lost: self.lost,
             storage_sort: self.storage_sort,

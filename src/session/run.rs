@@ -46,7 +46,8 @@ pub fn steps(command: &RunCommand, now: i64) -> Result<(i64, i64), Complaint> {
 /// Carries the run out.
 pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) -> Result<Outcome, RunError> {
     let (first, last) = steps(command, script.scene.step)?;
-    let (program, mixed, mixable) = script.scene.program(live.settings.search)?;
+    let (mut program, mixed, mixable) = script.scene.program(live.settings.search)?;
+    program.range = (command.start.unwrap_or(first), command.stop.unwrap_or(last));
     if live.settings.explain {
         explain(&program, live);
     }

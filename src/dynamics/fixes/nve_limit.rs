@@ -62,7 +62,7 @@ mod tests {
     #[test]
     fn the_fast_keep_their_direction_and_lose_their_speed() {
         let step = Step { dt: 0.01f32, half_kick: 0.005 };
-        let given = Given { choice: 0, parameters: &[0.02] };
+        let given = Given::new(0, &[0.02]);
         let moved = |v: [f32; 3], f: f32| {
             let mut motion = Motion { x: [0.0; 3], v, f: [f, 0.0, 0.0] };
             Style::initial(&mut motion, &step, &given);

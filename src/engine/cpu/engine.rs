@@ -237,9 +237,11 @@ impl<M: Mode> Engine<M> {
         if !self.fixes.iter().any(|fix| fix.acts(Phase::Force)) {
             return;
         }
-        let Self { moving, fixes, program, half_kicks, masses, .. } = self;
-        let kicks = Kicks { dt: M::Store::of(program.timestep), half: half_kicks, masses, frames: &[], first: 0 };
-        let work = |_: usize, mut piece: Piece<'_, M>| {
+        let Self { moving, fixes, program, half_kicks, masses, held, step, .. } = self;
+        let (dt, ids, step) = (M::Store::of(program.timestep), &held.id[..], *step);
+        let progress = program.progress(step);
+        let work = |first: usize, mut piece: Piece<'_, M>| {
+            let kicks = Kicks { dt, half: half_kicks, masses, ids, step, progress, frames: &[], first };
             for fix in fixes.iter().filter(|fix| fix.acts(Phase::Force)) {
                 fix.act(Phase::Force, &mut piece, &kicks);
             }
@@ -283,12 +285,14 @@ impl<M: Mode> Engine<M> {
     /// The second half of the last step if it is still to be done, then the first half of the next one if there is one.
     fn move_particles(&mut self, initial: bool) {
         let last = std::mem::take(&mut self.half_done);
-        let Self { moving, fixes, program, half_kicks, masses, isa, .. } = self;
+        let Self { moving, fixes, program, half_kicks, masses, isa, held, step, .. } = self;
+        let (dt, ids, step) = (M::Store::of(program.timestep), &held.id[..], *step);
+        let progress = program.progress(step);
         let (frames, quanta, isa) = (std::mem::take(&mut moving.frames), moving.quanta, *isa);
         let work = |first: usize, mut piece: Piece<'_, M>| {
             let mut travel = 0.0;
             let frames: &[Frame] = &frames;
-            let kicks = Kicks { dt: M::Store::of(program.timestep), half: half_kicks, masses, frames, first };
+            let kicks = Kicks { dt, half: half_kicks, masses, ids, step, progress, frames, first };
             let mut act = |phase: Phase| {
                 for fix in fixes.iter().filter(|fix| fix.acts(phase)) {
                     travel += fix.act(phase, &mut piece, &kicks).sqrt();

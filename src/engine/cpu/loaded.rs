@@ -48,8 +48,8 @@ impl<M: Mode> Loaded for Engine<M> {
     /// Takes over what a script may change without a set-up.
     fn go_on(&mut self, program: &Program, state: &State, step: i64) {
         let policy = Policy { skin: self.program.policy.skin, ..program.policy };
-        let (timestep, masses, lost) = (program.timestep, program.masses.clone(), program.lost);
-        self.program = Arc::new(Program { policy, timestep, masses, lost, ..Program::clone(&self.program) });
+        let (timestep, masses, lost, range) = (program.timestep, program.masses.clone(), program.lost, program.range);
+        self.program = Arc::new(Program { policy, timestep, masses, lost, range, ..Program::clone(&self.program) });
         self.half_kicks = by_type(self.program.half_kicks().into_iter());
         self.masses = by_type(self.program.masses.iter().copied());
         self.statistics.dangerous = policy.check.then(|| self.statistics.dangerous.unwrap_or(0));

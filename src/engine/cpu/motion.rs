@@ -2,7 +2,8 @@
 
 use super::mode::Mode;
 use super::moving::{Frame, Moving, PIECE, parts_of};
-use crate::dynamics::{Fix, FixStyle, FixVisitor, Given, INWARD, MOST_PARAMETERS, Motion, Phase, Step, with_fix};
+use crate::dynamics::noise::noise;
+use crate::dynamics::{Fix, FixStyle, FixVisitor, Given, INWARD, MOST_PARAMETERS, Motion, Phase, Push, Step, with_fix};
 use crate::real::lanes::{Element, Lanes, Simd, SimdVisitor, Work, with_simd};
 use crate::real::{Isa, Real};
 use crate::system::GROUP_ALL;
@@ -17,6 +18,11 @@ pub struct Kicks<'a, M: Mode> {
     pub half: &'a [M::Store],
     /// Masses by type; one where all types have the same.
     pub masses: &'a [M::Force],
+    /// Ids of all particles, for random numbers.
+    pub ids: &'a [u32],
+    pub step: i64,
+    /// The part of the run that lies behind.
+    pub progress: f64,
     /// Points that positions are relative to.
     pub frames: &'a [Frame],
     /// First particle of the piece.
@@ -175,7 +181,9 @@ impl<M: Mode, I: Simd, F: FixStyle, const PHASE: usize> Work for Apply<'_, '_, M
             if M::RELATIVE && kernel.coordinates {
                 relative_coordinates::<M, F, Of<M, I>>(&kernel.parameters, kicks, k, &mut parameters);
             }
-            let given = Given { choice: kernel.choice, parameters: &parameters[..kernel.parameters.len()] };
+            let progress = Of::<M, I>::constant(kicks.progress);
+            let parameters = &parameters[..kernel.parameters.len()];
+            let given = Given { choice: kernel.choice, parameters, progress };
             let was = Motion {
                 x: lanes_at::<M::Store, Of<M, I>>([&piece.x[0][k..], &piece.x[1][k..], &piece.x[2][k..]]),
                 v: lanes_at::<M::Store, Of<M, I>>([&piece.v[0][k..], &piece.v[1][k..], &piece.v[2][k..]]),
@@ -257,7 +265,9 @@ impl<M: Mode, I: Simd, F: FixStyle> Work for AddForces<'_, '_, M, I, F> {
         type Of<M, I> = <M as Mode>::PairLanes<I>;
         let AddForces { kernel, piece, kicks } = self;
         let parameters = kernel.parameters::<Of<M, I>>();
-        let given = Given { choice: kernel.choice, parameters: &parameters[..kernel.parameters.len()] };
+        let (parameters, progress) = (&parameters[..kernel.parameters.len()], Of::<M, I>::constant(kicks.progress));
+        let given = Given { choice: kernel.choice, parameters, progress };
+        let dt = Of::<M, I>::constant(kicks.dt.double());
         let mut k = 0;
         while k < piece.kind.len() {
             let mass = match kicks.masses {
@@ -265,8 +275,14 @@ impl<M: Mode, I: Simd, F: FixStyle> Work for AddForces<'_, '_, M, I, F> {
                 masses => Of::<M, I>::lookup(masses, &piece.kind[k..]),
             };
             let was = lanes_at::<M::Force, Of<M, I>>([&piece.f[0][k..], &piece.f[1][k..], &piece.f[2][k..]]);
-            let mut f = was;
-            F::force(&mut f, mass, &given);
+            let v = lanes_at::<M::Store, Of<M, I>>([&piece.v[0][k..], &piece.v[1][k..], &piece.v[2][k..]]);
+            let noise = match F::NOISE {
+                Some(seed) => noise_at(kernel.parameters[seed] as u32, kicks, k),
+                None => [Of::<M, I>::constant(0.0); 3],
+            };
+            let mut push = Push { f: was, v, mass, dt, noise };
+            F::force(&mut push, &given);
+            let mut f = push.f;
             if let Some(members) = kernel.members::<M, Of<M, I>>(piece, k) {
                 for a in 0..3 {
                     f[a] = Of::<M, I>::select(members, f[a], was[a]);
@@ -279,6 +295,20 @@ impl<M: Mode, I: Simd, F: FixStyle> Work for AddForces<'_, '_, M, I, F> {
         }
         0.0
     }
+}
+
+/// Random numbers of the particles from `k` of a piece on.
+#[inline(always)]
+fn noise_at<M: Mode, L: Lanes>(seed: u32, kicks: &Kicks<'_, M>, k: usize) -> [L; 3] {
+    // The widest register holds 16 numbers.
+    let mut numbers = [[L::Element::default(); 16]; 3];
+    // Lanes that only fill up are of no particle.
+    for (l, id) in kicks.ids[(kicks.first + k).min(kicks.ids.len())..].iter().take(L::COUNT).enumerate() {
+        for (axis, number) in noise(seed, *id, kicks.step).into_iter().enumerate() {
+            numbers[axis][l] = L::Element::of(number);
+        }
+    }
+    [L::load(&numbers[0]), L::load(&numbers[1]), L::load(&numbers[2])]
 }
 
 /// Three coordinates of as many particles as there are lanes. (No closure: it might not be inlined, and then would be compiled

@@ -325,8 +325,8 @@ impl Engine {
     pub fn go_on(&mut self, program: &Program, state: &State, step: i64) -> Result<(), String> {
         self.compiler.device.bind()?;
         let policy = Policy { skin: self.program.policy.skin, ..program.policy };
-        let (timestep, masses, lost) = (program.timestep, program.masses.clone(), program.lost);
-        self.program = Arc::new(Program { policy, timestep, masses, lost, ..Program::clone(&self.program) });
+        let (timestep, masses, lost, range) = (program.timestep, program.masses.clone(), program.lost, program.range);
+        self.program = Arc::new(Program { policy, timestep, masses, lost, range, ..Program::clone(&self.program) });
         self.control.step = step;
         self.summed = false;
         self.base = self.control.nanoseconds;
@@ -341,6 +341,7 @@ impl Engine {
         }
         let scene = &mut self.plan.scene;
         (scene.dt, scene.every, scene.delay) = (timestep, policy.every, policy.delay);
+        (scene.run_first, scene.run_steps) = (range.0, range.1 - range.0);
         self.plan.half_kicks = self.program.half_kicks();
         scene.half_kick = self.plan.half_kicks[0];
         self.write_constants()?;

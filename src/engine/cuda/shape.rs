@@ -48,6 +48,8 @@ pub struct Shape {
     pub coordinates: bool,
     /// Some fix acts on forces.
     pub forces: bool,
+    /// Some fix has random numbers, or wants to know velocities for the force.
+    pub noise: bool,
     pub lanes: u32,
     /// Particles of an octant that a warp lists together, and warps that share an octant.
     pub group: u32,
@@ -89,6 +91,7 @@ impl Shape {
             groups: program.fixes.iter().any(|fix| fix.group != GROUP_ALL),
             coordinates: precision == Precision::Single && program.fixes.iter().any(has_coordinates),
             forces: program.fixes.iter().any(|fix| fix.acts(Phase::Force)),
+            noise: program.fixes.iter().any(Fix::has_noise),
             lanes: 1,
             group: 32,
             slices: 1,

@@ -3,7 +3,7 @@
 use super::arrays;
 use super::layout::{Control, Limit, Order, Scene, numbers_text};
 use super::shape::Shape;
-use crate::dynamics::{Fix, FixStyle, FixVisitor, Given, INWARD, Motion, Phase, Step, with_fix};
+use crate::dynamics::{Fix, FixStyle, FixVisitor, Given, INWARD, Motion, Phase, Push, Step, noise, with_fix};
 use crate::engine::Program;
 use crate::neighbor::OCTANTS;
 use crate::neighbor::axis::{in_cells, locate, middle};
@@ -166,6 +166,7 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("GROUPS", shape.groups),
         ("COORDINATES", shape.coordinates),
         ("FORCES", shape.forces),
+        ("NOISE", shape.noise),
     ];
     let mut text: String = values.iter().map(|(name, value)| format!("#define {name} {value}\n")).collect();
     text += &switches.iter().filter(|s| s.1).map(|(name, _)| format!("#define {name}\n")).collect::<String>();
@@ -212,12 +213,13 @@ fn fix_formulas(fixes: &[Fix], shape: &Shape) -> String {
     let store = if shape.double_store { Arithmetic::F64 } else { Arithmetic::F32 };
     let real = if shape.double_pairs { Arithmetic::F64 } else { Arithmetic::F32 };
     let moving = "store x[3], store v[3], const store f[3], store dt, store half_kick, u32 mask";
+    let pushed = if shape.noise { ", const real v[3], real dt, real progress, u32 id, i64 step" } else { "" };
     let functions: [(&str, String, &[Phase], Arithmetic); 3] = [
         ("fixes_initial", format!("{moving}, const double* origin"), &[Phase::Initial, Phase::Moved], store),
-        ("fixes_force", "real f[3], real mass, u32 mask".into(), &[Phase::Force], real),
+        ("fixes_force", format!("real f[3], real mass, u32 mask{pushed}"), &[Phase::Force], real),
         ("fixes_last", moving.into(), &[Phase::Last], store),
     ];
-    let mut text = String::new();
+    let mut text = if shape.noise { noise::cuda_text() } else { String::new() };
     for (name, arguments, phases, arithmetic) in functions {
         text += &format!("__device__ __forceinline__ void {name}({arguments}, const Scene& s) {{\n");
         for phase in phases {
@@ -267,16 +269,24 @@ impl FixVisitor for TraceFix<'_> {
             })
         };
         let parameters: Vec<Expr> = (0..fix.parameters.len()).map(number).collect();
-        let given = Given { choice: fix.choice, parameters: &parameters };
+        let given = Given { choice: fix.choice, parameters: &parameters, progress: tape.input("progress") };
+        let (mass, dt) = (tape.input("mass"), step.dt);
+        let mut push = Push { f: motion.f, v: motion.v, mass, dt, noise: three("noise") };
+        let seed = F::NOISE.filter(|_| phase == Phase::Force).map_or(String::new(), |k| {
+            format!("    real noise[3];\n    noise_of((u32)s.fix_parameters[{}], id, step, noise);\n", first + k)
+        });
         match phase {
             Phase::Initial => F::initial(&mut motion, &step, &given),
             Phase::Moved => F::moved(&mut motion, &step, &given),
-            Phase::Force => F::force(&mut motion.f, tape.input("mass"), &given),
+            Phase::Force => {
+                F::force(&mut push, &given);
+                motion.f = push.f;
+            }
             Phase::Last => F::last(&mut motion, &step, &given),
         }
         let names = ["x[0]", "x[1]", "x[2]", "v[0]", "v[1]", "v[2]", "f[0]", "f[1]", "f[2]"];
         let values = motion.x.into_iter().chain(motion.v).chain(motion.f);
-        tape.print(&names.into_iter().zip(values).collect::<Vec<_>>(), arithmetic, "t")
+        seed + &tape.print(&names.into_iter().zip(values).collect::<Vec<_>>(), arithmetic, "t")
     }
 }
 
