@@ -2,10 +2,12 @@
 //! `build.rs` registers it. The rules are formulas over [`Real`] for one particle, so that every backend runs the same.
 
 pub mod noise;
+pub mod thermostat;
 
 use crate::real::Real;
 use crate::script::{Args, Complaint};
 use crate::system::{SimulationBox, Units, Vec3};
+use thermostat::{Group, Moment};
 
 include!(concat!(env!("OUT_DIR"), "/fixes.rs"));
 
@@ -28,11 +30,14 @@ pub enum Phase {
     Force,
     /// After the force: velocities (LAMMPS: final_integrate).
     Last,
+    /// On velocities, when all have been kicked and the kinetic energy of the fix's group is known (LAMMPS: the end of
+    /// final_integrate).
+    Measured,
 }
 
 impl Phase {
     /// In the order of a step.
-    pub const ALL: [Phase; 4] = [Phase::Initial, Phase::Moved, Phase::Force, Phase::Last];
+    pub const ALL: [Phase; 5] = [Phase::Initial, Phase::Moved, Phase::Force, Phase::Last, Phase::Measured];
 }
 
 /// One particle as a rule sees it.
@@ -79,12 +84,14 @@ pub struct Given<'a, R> {
     pub parameters: &'a [R],
     /// The part of the run that lies behind, from 0 to 1.
     pub progress: R,
+    /// What [`FixStyle::thermostat`] last came to; 1 for fixes that are none.
+    pub scale: R,
 }
 
 impl<'a, R: Real> Given<'a, R> {
     /// At the start of a run.
     pub fn new(choice: u32, parameters: &'a [R]) -> Self {
-        Self { choice, parameters, progress: R::constant(0.0) }
+        Self { choice, parameters, progress: R::constant(0.0), scale: R::constant(1.0) }
     }
 }
 
@@ -123,6 +130,22 @@ pub trait FixStyle: Send + Sync + 'static {
         None
     }
 
+    /// How many numbers a thermostat keeps from step to step; 0 for fixes that are none.
+    fn memory_size(_choice: u32) -> usize {
+        0
+    }
+    /// What is to be done for a group as a whole: goes on with the numbers kept, and gives the factor on velocities that its
+    /// rules find in [`Given::scale`]: that of the step's end in [`Phase::Measured`], that of its start in [`Phase::Initial`].
+    #[inline(always)]
+    fn thermostat<R: Real>(_: Moment, _memory: &mut [R], _: &Group<R>, _: &Given<'_, R>) -> R {
+        R::constant(1.0)
+    }
+    /// Energy that particles have given to the bath, energy units.
+    #[inline(always)]
+    fn bath_energy<R: Real>(_memory: &[R], _: &Group<R>, _: &Given<'_, R>) -> R {
+        R::constant(0.0)
+    }
+
     /// [`Phase::Initial`]: kick and drift.
     #[inline(always)]
     fn initial<R: Real>(_motion: &mut Motion<R>, _step: &Step<R>, _given: &Given<'_, R>) {}
@@ -135,6 +158,9 @@ pub trait FixStyle: Send + Sync + 'static {
     /// [`Phase::Last`]: kick.
     #[inline(always)]
     fn last<R: Real>(_motion: &mut Motion<R>, _step: &Step<R>, _given: &Given<'_, R>) {}
+    /// [`Phase::Measured`]: velocities.
+    #[inline(always)]
+    fn measured<R: Real>(_motion: &mut Motion<R>, _given: &Given<'_, R>) {}
 }
 
 /// Something to be done for one fix style, whose type is chosen by its name.
@@ -180,6 +206,8 @@ pub struct Fix {
     /// Which of the style's rules are there (the faces that have a wall); kernels are compiled for it.
     pub choice: u32,
     pub parameters: Vec<f64>,
+    /// What a thermostat has kept from the last run; empty before the first.
+    pub memory: Vec<f64>,
 }
 
 impl Fix {
@@ -280,7 +308,8 @@ mod tests {
                 let before = Motion { x: three("x"), v: three("v"), f: three("f") };
                 let step = Step { dt: tape.input("dt"), half_kick: tape.input("half_kick") };
                 let parameters: Vec<Expr> = (0..MOST_PARAMETERS).map(|k| tape.input(format!("p{k}"))).collect();
-                let given = Given { choice: self.0, parameters: &parameters, progress: tape.input("progress") };
+                let (progress, scale) = (tape.input("progress"), tape.input("scale"));
+                let given = Given { choice: self.0, parameters: &parameters, progress, scale };
                 let mut after = before;
                 let (mass, dt) = (tape.input("mass"), tape.input("dt"));
                 let mut push = Push { f: before.f, v: before.v, mass, dt, noise: three("noise") };
@@ -292,6 +321,7 @@ mod tests {
                         after.f = push.f;
                     }
                     Phase::Last => F::last(&mut after, &step, &given),
+                    Phase::Measured => F::measured(&mut after, &given),
                 }
                 (before.x, before.v, before.f) != (after.x, after.v, after.f)
             };

@@ -63,7 +63,7 @@ impl Program {
             stages.push(Stage::Build);
         }
         stages.push(Stage::Force);
-        stages.extend(acting(Phase::Force).chain(acting(Phase::Last)));
+        stages.extend(acting(Phase::Force).chain(acting(Phase::Last)).chain(acting(Phase::Measured)));
         stages
     }
 
@@ -74,6 +74,7 @@ impl Program {
                 let part = match phase {
                     Phase::Initial => " (first half)",
                     Phase::Last => " (second half)",
+                    Phase::Measured => " (scale)",
                     Phase::Moved | Phase::Force => "",
                 };
                 format!("{}{part}", self.fixes[*k].style)

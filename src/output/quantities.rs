@@ -147,10 +147,12 @@ impl<'a> Quantities<'a> {
             "press" => self.pressure(),
             "pe" | "epair" | "evdwl" => self.potential(),
             "ke" => self.kinetic(),
-            "etotal" | "econserve" => self.potential() + self.kinetic(),
+            "etotal" => self.potential() + self.kinetic(),
+            "ecouple" => self.bath(),
+            "econserve" => self.potential() + self.kinetic() + self.bath(),
             "enthalpy" => self.enthalpy(),
             // A scene of atoms with pair forces alone has none of these; its box is orthogonal and its clock has no alarm.
-            "ecoul" | "ebond" | "eangle" | "edihed" | "eimp" | "emol" | "elong" | "ecouple" => 0.0,
+            "ecoul" | "ebond" | "eangle" | "edihed" | "eimp" | "emol" | "elong" => 0.0,
             "etail" => self.normalized(self.facts.tail.energy / s.simulation_box.volume()),
             "xy" | "xz" | "yz" | "avecy" | "avecz" | "bvecx" | "bvecz" | "cvecx" | "cvecy" | "timeremain" => 0.0,
             "vol" => s.simulation_box.volume(),
@@ -235,6 +237,11 @@ impl<'a> Quantities<'a> {
         self.normalized(self.temperature() * 0.5 * freedom * self.facts.units.boltzmann)
     }
 
+    /// What thermostats have taken.
+    fn bath(&self) -> f64 {
+        self.normalized(self.snapshot.sums.bath)
+    }
+
     fn enthalpy(&self) -> f64 {
         let volume = self.normalized(self.snapshot.simulation_box.volume());
         self.potential() + self.kinetic() + self.pressure() * volume / self.facts.units.nktv2p
@@ -297,6 +304,7 @@ pub(crate) mod tests {
             kinetic: [0.5, 0.25, 0.125, 0.01, 0.02, 0.03].map(|k| k / 1.0364269e-4),
             potential: -3.0,
             virial: [1.0, 2.0, 4.0, 0.1, 0.2, 0.3],
+            bath: 0.75,
         };
         (state, simulation_box, sums)
     }

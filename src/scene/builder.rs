@@ -198,7 +198,7 @@ impl SceneBuilder {
             let message = format!("all fixes together have more than {MOST_PARAMETERS_OF_ALL} numbers");
             return Err(Complaint::new(style.word, message));
         }
-        let fix = Fix { id: id.text.clone(), style: style_name, group, choice, parameters };
+        let fix = Fix { id: id.text.clone(), style: style_name, group, choice, parameters, memory: Vec::new() };
         match self.fixes.iter_mut().find(|f| f.id == fix.id) {
             Some(old) if old.style != style_name => {
                 return Err(Complaint::new(id.word, format!("fix ID '{}' is in use by another style", fix.id)));

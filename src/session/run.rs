@@ -130,6 +130,9 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
         thermal_atoms: facts.thermal_atoms.unwrap_or(summary.atoms),
         tail: facts.tail,
     });
+    for (fix, memory) in script.scene.fixes.iter_mut().zip(live.backend.memories()) {
+        fix.memory = memory;
+    }
     script.continues = true;
     if let Some(fault) = live.console.take_fault() {
         return Err(fault.into());

@@ -7,10 +7,12 @@ use super::force::{PairKernel, PairSums, PairTask, pair_kernel};
 use super::list::{List, Sorted};
 use super::membership::Membership;
 use super::mode::{Double, Mode, Slot};
-use super::motion::{FixKernel, Kicks, Piece, displacement, fix_kernel};
+use super::motion::{FixKernel, Kicks, Piece, fix_kernel};
 use super::moving::{Frame, Moving, PIECE, Pack};
 use super::scratch::{Pool, Tiles};
+use super::sums::displacement;
 use crate::dynamics::Phase;
+use crate::dynamics::thermostat::{Moment, Thermostat};
 use crate::engine::backend::StageSeconds;
 use crate::engine::fault::{Fault, FaultKind};
 use crate::engine::observer::{Needs, NeighborStatistics};
@@ -65,6 +67,9 @@ pub struct Engine<M: Mode> {
     pub(super) tiles: Tiles<M::Slot>,
     pub(super) pool: Pool,
     pub(super) fixes: Vec<Box<dyn FixKernel<M>>>,
+    /// Of each fix, the factors on velocities at the end of the last step and at the start of this one.
+    pub(super) scales: Vec<[f64; 2]>,
+    pub(super) thermostats: Vec<Thermostat>,
     pub(super) half_kicks: Vec<M::Store>,
     pub(super) masses: Vec<M::Force>,
     pub(super) neighbor_cutoffs: Vec<f64>,
@@ -110,6 +115,8 @@ impl<M: Mode> Engine<M> {
             tiles: Tiles::new(threads),
             pool: Pool::new(threads),
             fixes: program.fixes.iter().filter_map(|fix| fix_kernel(fix, isa)).collect(),
+            scales: vec![[1.0; 2]; program.fixes.len()],
+            thermostats: Thermostat::all(&program.fixes),
             half_kicks: by_type(program.half_kicks().into_iter()),
             masses: by_type(program.masses.iter().copied()),
             neighbor_cutoffs: program.pair.neighbor_cutoffs(program.policy.skin),
@@ -243,7 +250,7 @@ impl<M: Mode> Engine<M> {
         let work = |first: usize, mut piece: Piece<'_, M>| {
             let kicks = Kicks { dt, half: half_kicks, masses, ids, step, progress, frames: &[], first };
             for fix in fixes.iter().filter(|fix| fix.acts(Phase::Force)) {
-                fix.act(Phase::Force, &mut piece, &kicks);
+                fix.act(Phase::Force, &mut piece, &kicks, 1.0);
             }
         };
         parallel::each(Piece::all(moving), PIECE, &work, &|(), ()| ());
@@ -285,7 +292,23 @@ impl<M: Mode> Engine<M> {
     /// The second half of the last step if it is still to be done, then the first half of the next one if there is one.
     fn move_particles(&mut self, initial: bool) {
         let last = std::mem::take(&mut self.half_done);
-        let Self { moving, fixes, program, half_kicks, masses, isa, held, step, .. } = self;
+        if self.thermostats.is_empty() {
+            return self.pass(if last { &[Phase::Last] } else { &[] }, initial);
+        }
+        if last {
+            self.pass(&[Phase::Last], false);
+            // The first half of the next step may be under way.
+            self.ask_thermostats(Moment::EndOfStep, self.step - i64::from(initial));
+        }
+        if initial {
+            self.ask_thermostats(Moment::StartOfStep, self.step);
+        }
+        self.pass(if last { &[Phase::Measured] } else { &[] }, initial);
+    }
+
+    /// One pass over the particles: phases that end a step, then the first half of a step if there is one.
+    fn pass(&mut self, ends: &[Phase], initial: bool) {
+        let Self { moving, fixes, program, half_kicks, masses, isa, held, step, scales, .. } = self;
         let (dt, ids, step) = (M::Store::of(program.timestep), &held.id[..], *step);
         let progress = program.progress(step);
         let (frames, quanta, isa) = (std::mem::take(&mut moving.frames), moving.quanta, *isa);
@@ -294,13 +317,12 @@ impl<M: Mode> Engine<M> {
             let frames: &[Frame] = &frames;
             let kicks = Kicks { dt, half: half_kicks, masses, ids, step, progress, frames, first };
             let mut act = |phase: Phase| {
-                for fix in fixes.iter().filter(|fix| fix.acts(phase)) {
-                    travel += fix.act(phase, &mut piece, &kicks).sqrt();
+                let start = usize::from(phase == Phase::Initial);
+                for (fix, scale) in fixes.iter().zip(&*scales).filter(|(fix, _)| fix.acts(phase)) {
+                    travel += fix.act(phase, &mut piece, &kicks, scale[start]).sqrt();
                 }
             };
-            if last {
-                act(Phase::Last);
-            }
+            ends.iter().for_each(|phase| act(*phase));
             if initial {
                 act(Phase::Initial);
                 act(Phase::Moved);

@@ -72,7 +72,8 @@ pub trait FixKernel<M: Mode>: Send + Sync {
     /// Whether it does anything in a phase.
     fn acts(&self, phase: Phase) -> bool;
     /// What it does in a phase. Returns the largest squared displacement, infinite where a position has become no number.
-    fn act(&self, phase: Phase, piece: &mut Piece<'_, M>, kicks: &Kicks<'_, M>) -> f64;
+    /// `scale` is [`Given::scale`].
+    fn act(&self, phase: Phase, piece: &mut Piece<'_, M>, kicks: &Kicks<'_, M>, scale: f64) -> f64;
 }
 
 /// The kernel of a fix.
@@ -112,15 +113,17 @@ impl<M: Mode, I: Simd, F: FixStyle> FixKernel<M> for Kernel<I, F> {
         F::PHASES.contains(&phase)
     }
 
-    fn act(&self, phase: Phase, piece: &mut Piece<'_, M>, kicks: &Kicks<'_, M>) -> f64 {
+    fn act(&self, phase: Phase, piece: &mut Piece<'_, M>, kicks: &Kicks<'_, M>, scale: f64) -> f64 {
         const INITIAL: usize = Phase::Initial as usize;
         const MOVED: usize = Phase::Moved as usize;
         const LAST: usize = Phase::Last as usize;
+        const MEASURED: usize = Phase::Measured as usize;
         match phase {
-            Phase::Initial => self.simd.vectorize(Apply::<M, I, F, INITIAL> { kernel: self, piece, kicks }),
-            Phase::Moved => self.simd.vectorize(Apply::<M, I, F, MOVED> { kernel: self, piece, kicks }),
+            Phase::Initial => self.simd.vectorize(Apply::<M, I, F, INITIAL> { kernel: self, piece, kicks, scale }),
+            Phase::Moved => self.simd.vectorize(Apply::<M, I, F, MOVED> { kernel: self, piece, kicks, scale }),
             Phase::Force => self.simd.vectorize(AddForces::<M, I, F> { kernel: self, piece, kicks }),
-            Phase::Last => self.simd.vectorize(Apply::<M, I, F, LAST> { kernel: self, piece, kicks }),
+            Phase::Last => self.simd.vectorize(Apply::<M, I, F, LAST> { kernel: self, piece, kicks, scale }),
+            Phase::Measured => self.simd.vectorize(Apply::<M, I, F, MEASURED> { kernel: self, piece, kicks, scale }),
         }
     }
 }
@@ -156,6 +159,7 @@ struct Apply<'a, 'b, M: Mode, I, F, const PHASE: usize> {
     kernel: &'a Kernel<I, F>,
     piece: &'a mut Piece<'b, M>,
     kicks: &'a Kicks<'a, M>,
+    scale: f64,
 }
 
 impl<M: Mode, I: Simd, F: FixStyle, const PHASE: usize> Work for Apply<'_, '_, M, I, F, PHASE> {
@@ -164,11 +168,12 @@ impl<M: Mode, I: Simd, F: FixStyle, const PHASE: usize> Work for Apply<'_, '_, M
     #[inline(always)]
     fn run(self) -> f64 {
         type Of<M, I> = <M as Mode>::StoreLanes<I>;
-        let Apply { kernel, piece, kicks } = self;
-        let moves = PHASE != Phase::Last as usize;
+        let Apply { kernel, piece, kicks, scale } = self;
+        let moves = PHASE != Phase::Last as usize && PHASE != Phase::Measured as usize;
         let lanes = Of::<M, I>::COUNT;
         let mut parameters = kernel.parameters::<Of<M, I>>();
         let dt = Of::<M, I>::splat(kicks.dt);
+        let scale = Of::<M, I>::constant(scale);
         let zero = Of::<M, I>::constant(0.0);
         let (mut most, mut poison) = (zero, zero);
         let mut k = 0;
@@ -183,7 +188,7 @@ impl<M: Mode, I: Simd, F: FixStyle, const PHASE: usize> Work for Apply<'_, '_, M
             }
             let progress = Of::<M, I>::constant(kicks.progress);
             let parameters = &parameters[..kernel.parameters.len()];
-            let given = Given { choice: kernel.choice, parameters, progress };
+            let given = Given { choice: kernel.choice, parameters, progress, scale };
             let was = Motion {
                 x: lanes_at::<M::Store, Of<M, I>>([&piece.x[0][k..], &piece.x[1][k..], &piece.x[2][k..]]),
                 v: lanes_at::<M::Store, Of<M, I>>([&piece.v[0][k..], &piece.v[1][k..], &piece.v[2][k..]]),
@@ -194,6 +199,8 @@ impl<M: Mode, I: Simd, F: FixStyle, const PHASE: usize> Work for Apply<'_, '_, M
                 F::initial(&mut motion, &step, &given);
             } else if PHASE == Phase::Moved as usize {
                 F::moved(&mut motion, &step, &given);
+            } else if PHASE == Phase::Measured as usize {
+                F::measured(&mut motion, &given);
             } else {
                 F::last(&mut motion, &step, &given);
             }
@@ -266,7 +273,7 @@ impl<M: Mode, I: Simd, F: FixStyle> Work for AddForces<'_, '_, M, I, F> {
         let AddForces { kernel, piece, kicks } = self;
         let parameters = kernel.parameters::<Of<M, I>>();
         let (parameters, progress) = (&parameters[..kernel.parameters.len()], Of::<M, I>::constant(kicks.progress));
-        let given = Given { choice: kernel.choice, parameters, progress };
+        let given = Given { choice: kernel.choice, parameters, progress, scale: Of::<M, I>::constant(1.0) };
         let dt = Of::<M, I>::constant(kicks.dt.double());
         let mut k = 0;
         while k < piece.kind.len() {
@@ -314,104 +321,6 @@ fn noise_at<M: Mode, L: Lanes>(seed: u32, kicks: &Kicks<'_, M>, k: usize) -> [L;
 /// Three coordinates of as many particles as there are lanes. (No closure: it might not be inlined, and then would be compiled
 /// without the instruction set.)
 #[inline(always)]
-fn lanes_at<E: Element, L: Lanes>(axes: [&[E]; 3]) -> [L; 3] {
+pub(super) fn lanes_at<E: Element, L: Lanes>(axes: [&[E]; 3]) -> [L; 3] {
     [E::lanes(axes[0]), E::lanes(axes[1]), E::lanes(axes[2])]
-}
-
-/// Sum of m v_a v_b in mass times velocity squared: xx, yy, zz, xy, xz, yz.
-pub fn kinetic_sums<M: Mode>(moving: &Moving<M>, masses: &[f64], isa: Isa) -> [f64; 6] {
-    let sum = |_: usize, (v, kinds): ([&[M::Store]; 3], &[u32])| {
-        with_simd(isa, OnLanes(KineticSums::<M::Store> { v, kinds, masses }))
-    };
-    let pieces = (moving.v.each_ref().map(|a| &a[..]), &moving.kind[..]);
-    let join = |a: [f64; 6], b: [f64; 6]| std::array::from_fn(|k| a[k] + b[k]);
-    parallel::each(pieces, PIECE, &sum, &join)
-}
-
-/// Largest squared displacement since the last build, length units squared; infinite where a position is no number.
-pub fn displacement<M: Mode>(moving: &Moving<M>, isa: Isa) -> f64 {
-    type Pair<'a, T> = ([&'a [T]; 3], [&'a [T]; 3]);
-    let largest =
-        |_: usize, (now, then): Pair<'_, M::Store>| with_simd(isa, OnLanes(Displacement::<M::Store> { now, then }));
-    let pieces = (moving.x.each_ref().map(|a| &a[..]), moving.built.each_ref().map(|a| &a[..]));
-    parallel::each(pieces, PIECE, &largest, &f64::max)
-}
-
-/// Work on f64 lanes of any instruction set; `run` is to be `#[inline(always)]`.
-trait DoubleWork {
-    type Output;
-    fn run<L: Lanes<Element = f64>>(self) -> Self::Output;
-}
-
-struct OnLanes<W>(W);
-
-impl<W: DoubleWork> SimdVisitor for OnLanes<W> {
-    type Output = W::Output;
-    fn visit<I: Simd>(self, simd: I) -> W::Output {
-        struct With<W, I>(W, std::marker::PhantomData<I>);
-        impl<W: DoubleWork, I: Simd> Work for With<W, I> {
-            type Output = W::Output;
-            #[inline(always)]
-            fn run(self) -> W::Output {
-                self.0.run::<I::F64>()
-            }
-        }
-        simd.vectorize(With(self.0, std::marker::PhantomData::<I>))
-    }
-}
-
-struct KineticSums<'a, E> {
-    v: [&'a [E]; 3],
-    kinds: &'a [u32],
-    masses: &'a [f64],
-}
-
-impl<E: Element> DoubleWork for KineticSums<'_, E> {
-    type Output = [f64; 6];
-    #[inline(always)]
-    fn run<L: Lanes<Element = f64>>(self) -> [f64; 6] {
-        let mut totals = [L::constant(0.0); 6];
-        let mut k = 0;
-        while k < self.kinds.len() {
-            let mass = match self.masses {
-                [mass] => L::splat(*mass),
-                masses => L::lookup(masses, &self.kinds[k..]),
-            };
-            let [x, y, z] = lanes_at::<E, L>([&self.v[0][k..], &self.v[1][k..], &self.v[2][k..]]);
-            for (total, product) in totals.iter_mut().zip([x * x, y * y, z * z, x * y, x * z, y * z]) {
-                *total = mass.mul_add(product, *total);
-            }
-            k += L::COUNT;
-        }
-        let [a, b, c, d, e, f] = totals;
-        let ([xx, yy, zz], [xy, xz, yz]) = (L::sums([a, b, c]), L::sums([d, e, f]));
-        [xx, yy, zz, xy, xz, yz]
-    }
-}
-
-struct Displacement<'a, E> {
-    now: [&'a [E]; 3],
-    then: [&'a [E]; 3],
-}
-
-impl<E: Element> DoubleWork for Displacement<'_, E> {
-    type Output = f64;
-    #[inline(always)]
-    fn run<L: Lanes<Element = f64>>(self) -> f64 {
-        let zero = L::constant(0.0);
-        let (mut most, mut poison) = (zero, zero);
-        let mut k = 0;
-        while k < self.now[0].len() {
-            let now = lanes_at::<E, L>([&self.now[0][k..], &self.now[1][k..], &self.now[2][k..]]);
-            let then = lanes_at::<E, L>([&self.then[0][k..], &self.then[1][k..], &self.then[2][k..]]);
-            let (x, y, z) = (now[0] - then[0], now[1] - then[1], now[2] - then[2]);
-            // In LAMMPS's order of operations: it is compared with half the skin.
-            let squared = x * x + y * y + z * z;
-            most = most.max(squared);
-            // A position that is no number calls for a build, which finds it.
-            poison = squared.mul_add(zero, poison);
-            k += L::COUNT;
-        }
-        if poison.sum() != 0.0 { f64::INFINITY } else { most.largest() }
-    }
 }
