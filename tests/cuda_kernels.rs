@@ -66,6 +66,17 @@ fn scenes() -> Vec<Scene> {
         noisy.fixes.push(bath);
         add(format!("random forces, choice {choice}"), noisy, gas(500, 20.0, Side::Periodic));
     }
+    // Thermostats, of all atoms and of two groups, with an inner list.
+    let nvt = |group, links: u32, parts: u32| {
+        let (choice, parameters) = (links | parts << 8, vec![1.0, 2.0, 5.0, 0.0, 1.0, 1.0]);
+        Fix { style: "nvt", group, choice, parameters, ..Fix::default() }
+    };
+    let mut bath = program(&[2.5], 0.3, Search::Trimmed);
+    bath.fixes = vec![nvt(GROUP_ALL, 3, 1)];
+    add("thermostat".into(), bath, gas(500, 20.0, Side::Periodic));
+    let mut baths = program(&[2.5, 2.0], 0.8, Search::Trimmed);
+    baths.fixes = vec![nvt(2, 1, 2), nvt(4, 4, 1)];
+    add("thermostats, wide skin".into(), baths, gas(60_000, 40.0, Side::Periodic));
     // Walls and gravity for all, and for a group of a scene with two masses.
     for (group, types) in [(GROUP_ALL, 1), (4, 2)] {
         let mut walled = program(&[2.5, 2.0][..types], 0.3, Search::Trimmed);
@@ -194,6 +205,11 @@ fn what_a_scene_lacks_is_not_in_its_kernels() {
         "#define GROUPS",
         "#define IMAGES",
         "#define FORCES",
+        "#define NOISE",
+        "void noise_of",
+        "#define THERMOSTATS",
+        "* baths;",
+        "* group_sums;",
         "#define COORDINATES",
     ] {
         assert!(!text.contains(absent), "{absent}");

@@ -216,3 +216,159 @@ fn random_forces_know_neither_threads_nor_the_order_of_atoms() {
         assert!(one == run(3, &state) && one == run(2, &turned), "{}", variant.name);
     }
 }
+
+/// `fix nvt` in reduced units with a chain of `links`, as the script's parser has it.
+fn nvt(group: u32, (start, stop): (f64, f64), damp: f64, links: u32) -> Fix {
+    let parameters = vec![start, stop, 1.0 / damp, 0.0, 1.0, 1.0];
+    Fix { id: "nvt".into(), style: "nvt", group, choice: links | 1 << 8, parameters, ..Fix::default() }
+}
+
+/// Twice the kinetic energy.
+fn doubled_kinetic(backend: &mut dyn Backend) -> f64 {
+    let kinetic = backend.sums().unwrap().kinetic;
+    kinetic[0] + kinetic[1] + kinetic[2]
+}
+
+/// Twice the kinetic energy of free particles under a chain of two links after some time, from the equations of motion
+/// (Martyna, Klein and Tuckerman 1992), by small steps of the fourth-order Runge-Kutta method.
+fn chain_of_two(kinetic: f64, freedom: f64, target: f64, damp: f64, time: f64) -> f64 {
+    let (heavy, light) = (freedom * target * damp * damp, target * damp * damp);
+    let slope = |y: [f64; 3]| {
+        let [k, first, second] = y;
+        [-2.0 * first * k, (k - freedom * target) / heavy - first * second, (heavy * first * first - target) / light]
+    };
+    let steps = 20_000;
+    let h = time / f64::from(steps);
+    let mut y = [kinetic, 0.0, 0.0];
+    for _ in 0..steps {
+        let on = |d: [f64; 3], h: f64| std::array::from_fn(|i| y[i] + h * d[i]);
+        let a = slope(y);
+        let b = slope(on(a, 0.5 * h));
+        let c = slope(on(b, 0.5 * h));
+        let d = slope(on(c, h));
+        y = std::array::from_fn(|i| y[i] + h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]));
+    }
+    y[0]
+}
+
+#[test]
+fn a_chain_follows_its_equations_of_motion() {
+    let (state, space) = points(201);
+    let (target, damp, time) = (0.8, 0.5, 2.0);
+    for variant in variants() {
+        let error = |dt: f64| {
+            let mut program = of_points(nvt(GROUP_ALL, (target, target), damp, 2), dt);
+            program.fixes.remove(0);
+            let mut backend = started(&variant, 2, &program, &state, &space);
+            let before = doubled_kinetic(&mut *backend);
+            advanced(&variant, &mut *backend, (time / dt).round() as u64);
+            let freedom = 3.0 * state.len() as f64 - 3.0;
+            doubled_kinetic(&mut *backend) / chain_of_two(before, freedom, target, damp, time) - 1.0
+        };
+        let (coarse, fine) = (error(0.02), error(0.01));
+        // Of second order, as the chain's propagator is; single precision rounds 400 scalings of velocities.
+        assert!(coarse.abs() < 5e-3 && coarse.abs() > 1e-5, "{}: {coarse}", variant.name);
+        let rounded = if variant.precision == Precision::Single { 400.0 * 6e-8 } else { 0.0 };
+        assert!((coarse / 4.0 - fine).abs() < 0.1 * coarse.abs() + rounded, "{}: {coarse} {fine}", variant.name);
+    }
+}
+
+#[test]
+fn a_chain_keeps_its_energy_with_the_liquid_and_its_temperature() {
+    let (state, space) = melt(4);
+    let target = 1.2;
+    for variant in variants() {
+        let mut program = program(&[2.5], 0.3, Search::Trimmed);
+        program.pair.shift = true;
+        program.timestep = 0.004;
+        program.fixes = vec![nvt(GROUP_ALL, (target, target), 0.2, 3)];
+        let mut backend = started(&variant, 2, &program, &state, &space);
+        advanced(&variant, &mut *backend, 500);
+        let conserved = |backend: &mut dyn Backend| {
+            let sums = backend.sums().unwrap();
+            let kinetic = sums.kinetic[0] + sums.kinetic[1] + sums.kinetic[2];
+            (sums.potential + 0.5 * kinetic + sums.bath, sums.bath, kinetic)
+        };
+        let (before, bath, _) = conserved(&mut *backend);
+        let (mut temperatures, mut exchanged) = (Vec::new(), 0.0f64);
+        for _ in 0..40 {
+            advanced(&variant, &mut *backend, 50);
+            let (now, taken, kinetic) = conserved(&mut *backend);
+            let off = (now - before).abs() / state.len() as f64;
+            // Forces jump at the cutoff, and energies of the scheme wander by (omega dt)^2 / 8 of kT: a good deal less than this.
+            assert!(off < 3e-3, "{}: {off}", variant.name);
+            exchanged = exchanged.max((taken - bath).abs() / state.len() as f64);
+            temperatures.push(kinetic / (3.0 * state.len() as f64 - 3.0));
+        }
+        assert!(exchanged > 1e-2, "{}: the bath has taken and given {exchanged}", variant.name);
+        let mean = temperatures.iter().sum::<f64>() / temperatures.len() as f64;
+        // Samples are a damping time apart.
+        let error = target * (2.0 / (3.0 * state.len() as f64 * temperatures.len() as f64)).sqrt();
+        assert!((mean - target).abs() < 4.0 * error, "{}: {mean} +- {error}", variant.name);
+    }
+}
+
+#[test]
+fn thermostats_of_two_groups_know_nothing_of_each_other() {
+    let (state, space) = points(300);
+    for variant in variants() {
+        let mut program = of_points(nvt(2, (3.0, 3.0), 0.1, 1), 0.005);
+        // The others fly on.
+        program.fixes[0].group = 4;
+        let mut mixed = state.clone();
+        mixed.mask.iter_mut().filter(|mask| **mask & 2 == 0).for_each(|mask| *mask |= 4);
+        let run = |program: &Program, threads: usize| {
+            let mut backend = started(&variant, threads, program, &mixed, &space);
+            let mut after = advanced(&variant, &mut *backend, 100);
+            let order = after.order_by_id();
+            after.v = order.iter().map(|k| after.v[*k]).collect();
+            after.v
+        };
+        let alone = run(&program, 1);
+        assert!(alone == run(&program, 3), "{}: threads show", variant.name);
+        for (k, v) in alone.iter().enumerate() {
+            let scaled = mixed.mask[k] & 2 != 0;
+            // Single precision rounds the velocity that it is given.
+            let moved = (v - mixed.v[k]).amax() > 1e-3 * v.amax();
+            assert_eq!(moved, scaled, "{}: atom {}", variant.name, k + 1);
+            // All of a group by the same factor.
+            let factor = v.x / mixed.v[k].x;
+            assert!((v - factor * mixed.v[k]).amax() < 1e-4 * v.amax(), "{}", variant.name);
+        }
+        program.fixes[0] = nvt(4, (0.2, 0.2), 0.3, 5);
+        let both = run(&program, 2);
+        let same = (0..both.len()).filter(|k| mixed.mask[*k] & 2 != 0).all(|k| both[k] == alone[k]);
+        assert!(same && both != alone, "{}", variant.name);
+    }
+}
+
+#[test]
+fn a_run_in_parts_is_one_run() {
+    let (state, space) = melt(4);
+    for variant in variants() {
+        let mut program = program(&[2.5], 0.3, Search::Trimmed);
+        program.fixes = vec![nvt(GROUP_ALL, (1.0, 1.5), 0.2, 3)];
+        program.range = (0, 60);
+        let whole = advanced(&variant, &mut *started(&variant, 2, &program, &state, &space), 60);
+        let mut backend = started(&variant, 2, &program, &state, &space);
+        for steps in [1, 9, 30] {
+            advanced(&variant, &mut *backend, steps);
+        }
+        assert!(advanced(&variant, &mut *backend, 20).v == whole.v, "{}: outputs show", variant.name);
+        // Into the next run goes what the chain has kept, and particles as they are stored.
+        let mut backend = started(&variant, 2, &program, &state, &space);
+        let halfway = advanced(&variant, &mut *backend, 30);
+        let mut next = program.clone();
+        next.fixes[0].memory = backend.memories().remove(0);
+        assert_eq!(next.fixes[0].memory.len(), 11);
+        let mut backend = variant.backend(2);
+        backend.load(arc(next), &halfway, &space, 30).unwrap();
+        backend.set_up(ALL).unwrap();
+        let rest = advanced(&variant, &mut *backend, 30);
+        // Forces of another list are added up in another order; a chaotic liquid makes that grow tenfold in 0.15 tau.
+        let allowed = variant.tolerance.trajectory;
+        for (v, other) in rest.v.iter().zip(&whole.v) {
+            assert!((v - other).amax() < allowed, "{}: {v} {other}", variant.name);
+        }
+    }
+}

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::fallback::Fallback;
 use super::force::{PairKernel, PairSums, PairTask, pair_kernel};
 use super::list::{List, Sorted};
 use super::membership::Membership;
-use super::mode::{Double, Mode, Slot};
+use super::mode::{Mode, Slot};
 use super::motion::{FixKernel, Kicks, Piece, fix_kernel};
 use super::moving::{Frame, Moving, PIECE, Pack};
 use super::scratch::{Pool, Tiles};
@@ -22,17 +23,9 @@ use crate::engine::trouble::Scene;
 use crate::neighbor::guard::COARSEST_QUANTUM;
 use crate::neighbor::{Cells, Decision, LAMMPS_BIN};
 use crate::real::Isa;
-use crate::real::lanes::{DoubleSlot, Element, FixedSlot, with_simd};
+use crate::real::lanes::{Element, FixedSlot, with_simd};
 use crate::system::parallel;
 use crate::system::{LostAtoms, SimulationBox, State};
-
-/// Pair arithmetic in double precision for a faster mode, where fixed point cannot hold the scene.
-pub(super) struct Fallback {
-    pub(super) kernel: Box<dyn PairKernel<Double>>,
-    pub(super) tiles: Tiles<DoubleSlot>,
-    pub(super) slots: Vec<DoubleSlot>,
-    pub(super) f: [Vec<f64>; 3],
-}
 
 /// Whole numbers of quanta up to this are exact in doubles, with room to round them.
 const MOST_QUANTA: f64 = (1u64 << 50) as f64;
@@ -254,39 +247,6 @@ impl<M: Mode> Engine<M> {
             }
         };
         parallel::each(Piece::all(moving), PIECE, &work, &|(), ()| ());
-    }
-
-    /// Whether differences of fixed-point coordinates could be wrong: the grid is too coarse for them, or particles have moved
-    /// far since the build, which a script without rebuilds allows.
-    fn is_out_of_range(&mut self) -> bool {
-        let radius = self.neighbor_cutoffs.iter().copied().fold(0.0, f64::max);
-        if !self.too_coarse && self.travel > radius {
-            self.travel = displacement(&self.moving, self.isa).sqrt();
-        }
-        self.too_coarse || self.travel > radius
-    }
-
-    fn forces_in_double(&mut self, sums: bool, lengths: [f64; 3]) {
-        let Self { moving, list, kernel, fallback, isa, program, .. } = self;
-        let threads = rayon::current_num_threads();
-        let fallback = fallback.get_or_insert_with(|| {
-            let kernel = pair_kernel(&program.pair, *isa).expect("the scene names a registered pair style");
-            let (slots, f) = (Vec::new(), [Vec::new(), Vec::new(), Vec::new()]);
-            Box::new(Fallback { kernel, tiles: Tiles::new(threads), slots, f })
-        });
-        let n = moving.len();
-        moving.pack(*isa, 1.0, &mut fallback.slots);
-        fallback.f.iter_mut().for_each(|axis| axis.resize(n, 0.0));
-        let Fallback { kernel: double, tiles, slots, f } = &mut **fallback;
-        // Rows are filled up for the faster kernel's lanes, of which there are at least as many.
-        debug_assert!(kernel.lanes().is_multiple_of(double.lanes()));
-        let task = PairTask { list, slots, quanta: 1.0, lengths, tiles, sums };
-        self.pair_sums = double.forces(&task, f.each_mut().map(|axis| &mut axis[..]));
-        for (to, from) in moving.f.iter_mut().zip(&fallback.f) {
-            for (to, from) in to.iter_mut().zip(from) {
-                *to = M::Force::of(*from);
-            }
-        }
     }
 
     /// The second half of the last step if it is still to be done, then the first half of the next one if there is one.

@@ -2,6 +2,7 @@
 
 mod block;
 mod engine;
+mod fallback;
 mod force;
 mod list;
 mod loaded;

@@ -1,13 +1,13 @@
 //! The per-particle rules in lanes: fixes, and sums over the motion.
 
 use super::mode::Mode;
-use super::moving::{Frame, Moving, PIECE, parts_of};
+use super::moving::{Frame, Moving, parts_of};
 use crate::dynamics::noise::noise;
 use crate::dynamics::{Fix, FixStyle, FixVisitor, Given, INWARD, MOST_PARAMETERS, Motion, Phase, Push, Step, with_fix};
 use crate::real::lanes::{Element, Lanes, Simd, SimdVisitor, Work, with_simd};
 use crate::real::{Isa, Real};
 use crate::system::GROUP_ALL;
-use crate::system::parallel::{self, Pieces};
+use crate::system::parallel::Pieces;
 
 /// What the fixes need beside the particles.
 #[derive(Clone, Copy, Debug)]
