@@ -98,9 +98,7 @@ fn langevin_forces_are_those_of_the_formula() {
                 for k in 0..v.len() {
                     v[k] += 0.5 * dt / program.masses[state.kind[k] as usize - 1] * f[k];
                 }
-                for k in 0..v.len() {
-                    f[k] = push(&v, k, step);
-                }
+                f = (0..v.len()).map(|k| push(&v, k, step)).collect();
                 for k in 0..v.len() {
                     v[k] += 0.5 * dt / program.masses[state.kind[k] as usize - 1] * f[k];
                 }

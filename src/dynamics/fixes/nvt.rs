@@ -139,8 +139,8 @@ impl FixStyle for Style {
             energy = group.kinetic * unit;
         }
         if moment == Moment::SetUp {
-            for link in 1..links {
-                pushes[link] = chain.push(link, energy, speeds);
+            for (link, push) in pushes.iter_mut().enumerate() {
+                *push = chain.push(link, energy, speeds);
             }
             kinetic[0] = energy;
             return R::constant(1.0);
