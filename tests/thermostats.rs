@@ -341,6 +341,19 @@ fn thermostats_of_two_groups_know_nothing_of_each_other() {
 }
 
 #[test]
+fn a_single_particle_has_no_temperature_to_be_brought_to() {
+    let (mut state, space) = points(2);
+    state.mask[0] |= 4;
+    for variant in variants() {
+        let program = of_points(nvt(4, (1.0, 1.0), 0.1, 3), 0.005);
+        let mut backend =
+            started(&variant, 2, &Program { fixes: program.fixes[1..].to_vec(), ..program }, &state, &space);
+        let after = advanced(&variant, &mut *backend, 50);
+        assert!((after.v[0] - state.v[0]).amax() < 1e-6 && (after.v[1] - state.v[1]).amax() < 1e-6, "{}", variant.name);
+    }
+}
+
+#[test]
 fn a_run_in_parts_is_one_run() {
     let (state, space) = melt(4);
     for variant in variants() {

@@ -58,7 +58,9 @@ impl<R: Real> Chain<R> {
     #[inline(always)]
     fn push(&self, link: usize, kinetic: R, speeds: &[R]) -> R {
         let driving = if link == 0 { kinetic } else { self.mass(link - 1) * speeds[link - 1] * speeds[link - 1] };
-        (driving - self.aim(link)) / self.mass(link)
+        // A single particle has no degree of freedom, and its bath no mass: nothing pushes it.
+        let (mass, none) = (self.mass(link), R::constant(0.0));
+        R::select(none.less(mass), (driving - self.aim(link)) / mass, none)
     }
 }
 
