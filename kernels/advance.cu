@@ -40,7 +40,15 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) STEPS(const
         if (left != 0) {
             if (THREAD == 0) c->marks[(r.step + 2) % MARKS] = 0;
             r.step++;
+#ifdef THERMOSTATS
+            if (r.half_done) {
+                kick_particles(a, s, r);
+                sync_grid(a, r);
+            }
+            marks = begin_step<false>(a, s, r, r.step - 1, r.half_done);
+#else
             marks = r.half_done ? move_particles<true, true>(a, s, r) : move_particles<false, true>(a, s, r);
+#endif
             marks = share_marks(a, r, r.step, marks);
             book(a, r, STAGE_MODIFY);
         } else {
@@ -95,7 +103,7 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) STEPS(const
             begin = BEGIN_END;
         } else {
             if (THREAD == 0) c->marks[(r.step + 2) % MARKS] = 0;
-#ifdef RECORDS
+#if defined(RECORDS) && !defined(THERMOSTATS)
             if (r.step == next) {
                 double sums[SUMS] = {0};
                 marks = pair_forces_from<RECORD>(a, s, r, prune, sums);
@@ -103,7 +111,21 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) STEPS(const
                 marks = share_marks(a, r, r.step + 1, marks);
             } else
 #endif
+#ifdef THERMOSTATS
+            {
+                // Kinetic energies are of all particles: none begins the next step before they are known.
+                double groups[THERMOSTATS] = {0};
+                marks = pair_forces_from<KICK>(a, s, r, prune, groups);
+                leave_sums<THERMOSTATS>(groups, a.group_sums + blockIdx.x * THERMOSTATS);
+                marks = share_marks(a, r, r.step + 1, marks);
+                if (!(marks & MARK_FORCE)) {
+                    marks = prune ? begin_step<true>(a, s, r, r.step, true) : begin_step<false>(a, s, r, r.step, true);
+                    marks = share_marks(a, r, r.step + 1, marks);
+                }
+            }
+#else
             marks = share_marks(a, r, r.step + 1, pair_forces_from<MOVE>(a, s, r, prune));
+#endif
             prune = marks & MARK_PRUNE;
         }
         book(a, r, STAGE_PAIR);

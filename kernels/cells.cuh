@@ -38,9 +38,9 @@ __device__ __forceinline__ u32 number_of(u32 x, u32 y, u32 z, const u32 counts[3
 // How many of `count` cells belong to the brick that begins at a cell.
 __device__ __forceinline__ u32 brick_at(u32 begin, u32 count) { return min(BRICK, count - begin); }
 
-// Place of a cell in the table: cells far apart may share one where the grid is mostly empty. Cells follow each other brick by
-// brick unless a curve is asked for, X fastest, and so in a brick: what the whole device works on at a time then has few neighbors beyond itself, and particles
-// that are read for several layers of cells are still in the second-level cache.
+// Place of a cell in the table: cells far apart may share one where the grid is mostly empty. Unless a curve is asked for, cells
+// follow each other brick by brick, X fastest, and so in a brick: what the whole device works on at a time then has few neighbors
+// beyond itself, and particles that are read for several layers of cells are still in the second-level cache.
 __device__ __forceinline__ u32 table_of(const Scene& s, u32 x, u32 y, u32 z) {
 #ifdef FOLDED
     x %= s.table[0], y %= s.table[1], z %= s.table[2];

@@ -93,6 +93,7 @@ enum Then {
     KEEP,   // f, energy and virial
     STAY,   // f
     RECORD, // energy, virial or its trace, kinetic sums, and as MOVE
+    KICK,   // f, the second half of this step, and m v^2 of the groups of thermostats
     MOVE,   // the second half of this step and the first half of the next at once, where no one wants to see what lies between
 };
 
@@ -194,6 +195,9 @@ template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_force
             if (!MOVES || broken)
                 for (u32 axis = 0; axis < 3; axis++) axis_of(a.f, s, axis)[i] = (real)force[axis];
             if (broken) marks |= MARK_FORCE;
+#ifdef THERMOSTATS
+            else if (THEN == KICK) move_particle<true, false>(a, s, r, pace, i, force, nullptr, totals);
+#endif
             else if (MOVES) marks |= move_particle<true, true, THEN == RECORD, FROM == PRUNE>(a, s, r, pace, i, force, next, totals + TOTALS);
         }
         if (ADDS != NOTHING) {

@@ -103,6 +103,11 @@ __device__ __forceinline__ void displacement_of(const Arrays& a, const Scene& s,
     }
 }
 
+#if defined(NOISE) || defined(THERMOSTATS)
+// The part of the run that lies behind at a step.
+__device__ __forceinline__ double progress_of(const Scene& s, i64 step) { return step == s.run_first ? 0.0 : (double)(step - s.run_first) / (double)s.run_steps; }
+#endif
+
 #ifdef FORCES
 // What fixes add to the force on a particle that pairs have given.
 __device__ __forceinline__ void add_forces(const Arrays& a, const Scene& s, const Run& r, u32 k, real f[3]) {
@@ -112,16 +117,23 @@ __device__ __forceinline__ void add_forces(const Arrays& a, const Scene& s, cons
 #else
     const u32 mask = 0;
 #endif
+#ifdef NOISE
+    real v[3];
+    for (u32 axis = 0; axis < 3; axis++) v[axis] = (real)axis_of(a.v, s, axis)[k];
+    fixes_force(f, mass, mask, v, (real)s.dt, (real)progress_of(s, r.step), side_of(a.held_id, s, r.parity, 1)[k], r.step, s);
+#else
     fixes_force(f, mass, mask, s);
+#endif
 }
 #endif
 
 // One particle under force f: with LAST the second half of a step, with INITIAL the first half of a step and what it has come
 // to, as bits of MARK_. Reads and writes x, v; writes slots. With KINETIC_TOO its velocity between the two is added to kinetic
-// sums; with PRUNED the inner list is of where it is before. What it reads and writes is not read again in this step, and makes
-// way in the caches.
+// sums; with PRUNED the inner list is of where it is before. Where there are thermostats, LAST adds its velocity to the sums of
+// their groups instead, and what `scales` says comes before all but LAST. What it reads and writes is not read again in this step,
+// and makes way in the caches.
 template <bool LAST, bool INITIAL, bool KINETIC_TOO = false, bool PRUNED = false>
-__device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, const Run& r, const Pace& pace, u32 k, const store f[3], Slot* slots, double* kinetic = nullptr) {
+__device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, const Run& r, const Pace& pace, u32 k, const store f[3], Slot* slots, double* kinetic = nullptr, const Scales* scales = nullptr) {
     asm volatile("// move");
     store x[3], v[3];
     for (u32 axis = 0; axis < 3; axis++) {
@@ -141,6 +153,10 @@ __device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, co
 #endif
     u32 far = 0;
     if (LAST) fixes_last(x, v, f, pace.dt, half_kick, mask, s);
+#ifdef THERMOSTATS
+    if (LAST) add_group_kinetic(a, kind, mask, v, kinetic);
+    if (!LAST && scales) fixes_measured(v, mask, scales->end, s);
+#endif
     if (KINETIC_TOO) add_kinetic(a, kind, v, kinetic);
     if (INITIAL) {
 #ifdef INNER
@@ -159,7 +175,11 @@ __device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, co
 #else
         const double* origin = nullptr;
 #endif
+#ifdef THERMOSTATS
+        fixes_initial(x, v, f, pace.dt, half_kick, mask, origin, scales->start, s);
+#else
         fixes_initial(x, v, f, pace.dt, half_kick, mask, origin, s);
+#endif
 #if defined(CHECK) || defined(FIXED) || defined(INNER)
         store d[3];
         displacement_of(a, s, r, k, x, d);
@@ -180,12 +200,43 @@ __device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, co
         for (u32 axis = 0; axis < 3; axis++) __stcs(axis_of(a.x, s, axis) + k, x[axis]);
         pack(a, s, r, pace.quanta, k, x, kind, slots);
     }
-    if (LAST || INITIAL)
+    if (LAST || INITIAL || scales)
         for (u32 axis = 0; axis < 3; axis++) __stcs(axis_of(a.v, s, axis) + k, v[axis]);
     asm volatile("// end of move");
     return far;
 }
 
+#ifdef THERMOSTATS
+// The second half of the last step, whose kinetic energies blocks leave. A particle's thread is the one that its force comes from,
+// so that sums are those of a step in whose forces it has been done. Reads f.
+__device__ __forceinline__ void kick_particles(const Arrays& a, const Scene& s, const Run& r) {
+    const Pace pace = pace_of(s);
+    double sums[THERMOSTATS] = {0};
+    for (u32 i = threadIdx.x % LANES == 0 ? THREAD / LANES : r.n; i < r.n; i += THREADS / LANES) {
+        store f[3];
+        for (u32 axis = 0; axis < 3; axis++) f[axis] = (store)axis_of(a.f, s, axis)[i];
+        move_particle<true, false>(a, s, r, pace, i, f, nullptr, sums);
+    }
+    leave_sums<THERMOSTATS>(sums, a.group_sums + blockIdx.x * THERMOSTATS);
+}
+
+// The first half of the step after `step`; with `end`, kinetic energies at the end of `step` have been left. Reads f. Returns what
+// came to any of its particles.
+template <bool PRUNED> __device__ __forceinline__ u32 begin_step(const Arrays& a, const Scene& s, const Run& r, i64 step, bool end) {
+    __shared__ double kept[BATHS];
+    const Scales scales = ask_thermostats<true>(a, s, step, end, progress_of(s, step + 1), kept);
+    keep_baths(a, step + 1, kept);
+    const Pace pace = pace_of(s);
+    Slot* slots = slots_of(a, s, step + 1);
+    u32 far = 0;
+    for (u32 k = THREAD; k < r.n; k += THREADS) {
+        store f[3];
+        for (u32 axis = 0; axis < 3; axis++) f[axis] = (store)axis_of(a.f, s, axis)[k];
+        far |= move_particle<false, true, false, PRUNED>(a, s, r, pace, k, f, slots, nullptr, &scales);
+    }
+    return far;
+}
+#else
 // A thread a particle: with LAST the second half of the last step, with INITIAL the first half of this one. Reads f. Returns
 // what came to any of its particles.
 template <bool LAST, bool INITIAL> __device__ __forceinline__ u32 move_particles(const Arrays& a, const Scene& s, const Run& r) {
@@ -199,3 +250,4 @@ template <bool LAST, bool INITIAL> __device__ __forceinline__ u32 move_particles
     }
     return far;
 }
+#endif

@@ -8,18 +8,18 @@ __device__ __forceinline__ void add_kinetic(const Arrays& a, u32 kind, const sto
     sums[3] += m * x * y, sums[4] += m * x * z, sums[5] += m * y * z;
 }
 
-// Sums of all threads of a block, one set of SUMS numbers; all of its threads call it.
-__device__ __forceinline__ void leave_sums(const double sums[SUMS], double* to) {
-    __shared__ double scratch[SUMS][BLOCK / 32];
+// Sums of all threads of a block, one set of so many numbers; all of its threads call it.
+template <u32 COUNT = SUMS> __device__ __forceinline__ void leave_sums(const double sums[COUNT], double* to) {
+    __shared__ double scratch[COUNT][BLOCK / 32];
     // Another call may still read.
     __syncthreads();
-    for (u32 k = 0; k < SUMS; k++) {
+    for (u32 k = 0; k < COUNT; k++) {
         double sum = sums[k];
         for (u32 d = 16; d > 0; d >>= 1) sum += __shfl_xor_sync(~0u, sum, d);
         if ((threadIdx.x & 31) == 0) scratch[k][threadIdx.x >> 5] = sum;
     }
     __syncthreads();
-    if (threadIdx.x < SUMS) {
+    if (threadIdx.x < COUNT) {
         double sum = 0;
         for (u32 w = 0; w < BLOCK / 32; w++) sum += scratch[threadIdx.x][w];
         to[threadIdx.x] = sum;
@@ -27,20 +27,20 @@ __device__ __forceinline__ void leave_sums(const double sums[SUMS], double* to) 
 }
 
 // Adds up what so many blocks have left; one block of threads does it, each thread a part of the blocks for one of the numbers.
-__device__ __forceinline__ void add_blocks(const double* from, u32 blocks, double* to) {
+template <u32 COUNT = SUMS> __device__ __forceinline__ void add_blocks(const double* from, u32 blocks, double* to) {
     const u32 COLUMNS = 16, PARTS = BLOCK / COLUMNS;
-    static_assert(SUMS <= COLUMNS, "a thread for each number");
+    static_assert(COUNT <= COLUMNS, "a thread for each number");
     __shared__ double scratch[PARTS][COLUMNS];
     const u32 k = threadIdx.x % COLUMNS, part = threadIdx.x / COLUMNS;
     double sum = 0;
-    if (k < SUMS) {
-        for (u32 b = part; b < blocks; b += PARTS) sum += from[b * SUMS + k];
+    if (k < COUNT) {
+        for (u32 b = part; b < blocks; b += PARTS) sum += from[b * COUNT + k];
     }
     // Another call may still read.
     __syncthreads();
     scratch[part][k] = sum;
     __syncthreads();
-    if (threadIdx.x < SUMS) {
+    if (threadIdx.x < COUNT) {
         double all = 0;
         for (u32 p = 0; p < PARTS; p++) all += scratch[p][threadIdx.x];
         to[threadIdx.x] = all;

@@ -43,7 +43,11 @@ fn steps_ask_for_no_memory() {
     let fix = |style, choice, parameters| Fix { style, group: GROUP_ALL, choice, parameters, ..Fix::default() };
     walled.fixes.push(fix("gravity", 0, vec![0.0, 0.0, -0.1]));
     walled.fixes.push(fix("wall/reflect", 0b110000, [space.lo, space.hi].map(|side| side.z).repeat(3)));
-    for (variant, program) in cpu_variants().iter().flat_map(|variant| [(variant, &plain), (variant, &walled)]) {
+    let mut bathed = program(&[2.5], 0.3, Search::Trimmed);
+    bathed.fixes = vec![fix("nvt", 3 | 1 << 8, vec![1.44, 1.44, 2.0, 0.0, 1.0, 1.0])];
+    bathed.fixes.push(fix("langevin", 0, vec![1.44, 1.44, 0.1, 1.5, 4711.0]));
+    let programs = [&plain, &walled, &bathed];
+    for (variant, program) in cpu_variants().iter().flat_map(|variant| programs.map(|program| (variant, program))) {
         let mut backend = variant.backend(2);
         backend.load(arc(program.clone()), &state, &space, 0).unwrap();
         backend.set_up(Needs::default()).unwrap();

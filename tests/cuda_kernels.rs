@@ -59,6 +59,27 @@ fn scenes() -> Vec<Scene> {
     sorted.fixes[0].group = 4;
     sorted.policy.check = false;
     add("storage sort, group".into(), sorted, gas(5000, 30.0, Side::Periodic));
+    let mut limited = program(&[2.5, 2.0], 0.3, Search::Trimmed);
+    limited.fixes[0] = Fix { style: "nve/limit", group: 4, parameters: vec![0.1], ..Fix::default() };
+    add("limited steps".into(), limited, gas(500, 20.0, Side::Periodic));
+    for (group, choice) in [(GROUP_ALL, 0), (4, 1)] {
+        let mut noisy = program(&[2.5, 2.0], 0.3, Search::Trimmed);
+        let bath =
+            Fix { style: "langevin", group, choice, parameters: vec![1.0, 2.0, 1.0, 5.0, 7.0], ..Fix::default() };
+        noisy.fixes.push(bath);
+        add(format!("random forces, choice {choice}"), noisy, gas(500, 20.0, Side::Periodic));
+    }
+    // Thermostats, of all atoms and of two groups, with an inner list.
+    let nvt = |group, links: u32, parts: u32| {
+        let (choice, parameters) = (links | parts << 8, vec![1.0, 2.0, 5.0, 0.0, 1.0, 1.0]);
+        Fix { style: "nvt", group, choice, parameters, ..Fix::default() }
+    };
+    let mut bath = program(&[2.5], 0.3, Search::Trimmed);
+    bath.fixes = vec![nvt(GROUP_ALL, 3, 1)];
+    add("thermostat".into(), bath, gas(500, 20.0, Side::Periodic));
+    let mut baths = program(&[2.5, 2.0], 0.8, Search::Trimmed);
+    baths.fixes = vec![nvt(2, 1, 2), nvt(4, 4, 1)];
+    add("thermostats, wide skin".into(), baths, gas(60_000, 40.0, Side::Periodic));
     // Walls and gravity for all, and for a group of a scene with two masses.
     for (group, types) in [(GROUP_ALL, 1), (4, 2)] {
         let mut walled = program(&[2.5, 2.0][..types], 0.3, Search::Trimmed);
@@ -187,6 +208,11 @@ fn what_a_scene_lacks_is_not_in_its_kernels() {
         "#define GROUPS",
         "#define IMAGES",
         "#define FORCES",
+        "#define NOISE",
+        "void noise_of",
+        "#define THERMOSTATS",
+        "* baths;",
+        "* group_sums;",
         "#define COORDINATES",
     ] {
         assert!(!text.contains(absent), "{absent}");

@@ -14,7 +14,7 @@ use octant::system::{GROUP_ALL, SimulationBox, State, Vec3};
 const ALL: Needs = Needs { energy: true, virial: true, pressure: true, positions: true, forces: true };
 
 fn fix(style: &'static str, group: u32, choice: u32, parameters: Vec<f64>) -> Fix {
-    Fix { id: style.into(), style, group, choice, parameters }
+    Fix { id: style.into(), style, group, choice, parameters, ..Fix::default() }
 }
 
 fn gravity(group: u32, acceleration: [f64; 3]) -> Fix {
@@ -247,6 +247,90 @@ fn second_order_euler_kicks_with_the_old_force() {
             let lengths = space.lengths();
             let moved = moved.zip_map(&lengths, |d, l| d - l * (d / l).round());
             assert!(moved.norm() < allowed, "{}: atom {} off by {}", variant.name, k + 1, moved.norm());
+            assert!((after.v[k] - by_hand.v[k]).norm() < 100.0 * allowed, "{}", variant.name);
+        }
+    }
+}
+
+/// Particles anywhere in a periodic box, many of them close to others; every third in a group of its own (bit 2).
+fn crowd(seed: u64) -> (State, SimulationBox) {
+    let space = free_or_periodic([0.0; 3], [6.0; 3], [true; 3]);
+    let mut state = State::default();
+    let mut noise = Noise(seed);
+    for k in 0..151u32 {
+        state.push(k + 1, 1, Vec3::repeat(3.0) + 2.999 * noise.vector());
+        state.v[k as usize] = noise.vector();
+        state.mask[k as usize] |= if k % 3 == 0 { 2 } else { 0 };
+    }
+    (state, space)
+}
+
+#[test]
+fn limited_steps_take_overlaps_apart_and_are_never_longer() {
+    let (state, space) = crowd(5);
+    let (dt, most) = (0.005, 0.02);
+    for variant in variants() {
+        let mut program = program(&[2.5], 0.3, Search::Trimmed);
+        program.timestep = dt;
+        program.fixes = vec![fix("nve/limit", GROUP_ALL, 0, vec![most])];
+        let mut backend = started(&variant, &program, &state, &space);
+        let before = backend.sums().unwrap().potential;
+        let mut then = fetched(&*backend);
+        for step in 0..300 {
+            let now = advanced(&variant, &mut *backend, 1);
+            for k in 0..now.len() {
+                let moved = (space.unwrap(&now.x[k], &now.image[k]) - space.unwrap(&then.x[k], &then.image[k])).norm();
+                // What a coordinate of 6 and a cut of a root and a quotient round, in double or single precision.
+                let rounded = if variant.precision == Precision::Single { 4e-6 } else { 1e-13 };
+                assert!(moved <= most + rounded, "{}: step {step}, atom {}: {moved}", variant.name, k + 1);
+                assert!(now.v[k].norm() <= most / dt * (1.0 + 1e-6), "{}: {}", variant.name, now.v[k].norm());
+            }
+            then = now;
+        }
+        let after = backend.sums().unwrap().potential;
+        assert!(before > 1e8 && after < 1e3, "{}: {before} {after}", variant.name);
+    }
+}
+
+#[test]
+fn limited_steps_are_those_of_their_formula_and_of_their_group() {
+    let (state, space) = melt(4);
+    let dt = 0.005;
+    for variant in variants() {
+        let mut program = program(&[2.5], 0.3, Search::Trimmed);
+        program.timestep = dt;
+        program.masses = vec![2.0];
+        // Half of the crystal's particles are faster than 1.4.
+        let limit: f64 = 1.4;
+        program.fixes = vec![fix("nve/limit", 2, 0, vec![limit * dt])];
+        let mut moving = state.clone();
+        moving.mask.iter_mut().step_by(2).for_each(|mask| *mask |= 2);
+        let mut backend = started(&variant, &program, &moving, &space);
+        let mut by_hand = fetched(&*backend);
+        let start = by_hand.clone();
+        let cut = |v: Vec3| if v.norm() > limit { limit * v.normalize() } else { v };
+        let kicked = |state: &mut State, f: &[Vec3]| {
+            for k in (0..state.len()).filter(|k| moving.mask[*k] & 2 != 0) {
+                state.v[k] = cut(state.v[k] + 0.5 * dt / 2.0 * f[k]);
+            }
+        };
+        for _ in 0..20 {
+            let (f, ..) = all_pairs(&program.pair, &by_hand, &space);
+            kicked(&mut by_hand, &f);
+            for k in (0..by_hand.len()).filter(|k| moving.mask[*k] & 2 != 0) {
+                let v = by_hand.v[k];
+                by_hand.x[k] += dt * v;
+            }
+            let (f, ..) = all_pairs(&program.pair, &by_hand, &space);
+            kicked(&mut by_hand, &f);
+        }
+        let after = advanced(&variant, &mut *backend, 20);
+        let fast = start.v.iter().filter(|v| v.norm() > limit).count();
+        assert!(fast > 60 && fast < 200, "{fast}");
+        let allowed = if variant.precision == Precision::Double { 1e-9 } else { 2e-4 };
+        for k in 0..after.len() {
+            let off = (after.x[k] - by_hand.x[k]).zip_map(&space.lengths(), |d, l| d - l * (d / l).round());
+            assert!(off.norm() < allowed, "{}: atom {} off by {}", variant.name, k + 1, off.norm());
             assert!((after.v[k] - by_hand.v[k]).norm() < 100.0 * allowed, "{}", variant.name);
         }
     }

@@ -169,3 +169,127 @@ fn other_styles_print_what_lammps_prints() {
         assert_eq!(compared(&folder.says("run a.in --precision double"))[..4], rows);
     }
 }
+
+/// Tail corrections of a slab whose volume changes: kept by a run without set-up, counted anew by a set-up.
+const TAIL: &str = "\
+units lj
+boundary p p s
+lattice fcc 0.8442
+region b block 0 3 0 3 0 3
+create_box 2 b
+region half block INF INF INF INF INF 1.4
+create_atoms 1 box
+group low region half
+create_atoms 2 single 0.5 0.5 0.5
+create_atoms 2 single 1.5 1.5 0.5
+mass 1 1
+mass 2 1.5
+velocity all create 1.44 87287
+pair_style lj/cut 2.5
+pair_coeff 1 1 1 1
+pair_coeff 2 2 0.5 0.9 2.2
+pair_modify tail yes
+fix 1 all nve
+thermo_style custom step pe evdwl etail enthalpy press pxx pxy
+thermo 10
+run 20
+create_atoms 1 single 1.5 1.5 3.1
+print \"NOW $(etail:%.10g) $(pe:%.10g)\"
+run 10
+pair_modify tail no
+run 1 pre no
+thermo_modify norm no
+pair_modify tail yes mix arithmetic
+run 1
+pair_modify tail no shift yes
+run 0
+";
+
+const TAIL_ROWS: [&str; 11] = [
+    "0 -5.9362561 -5.9362561 -0.52934287 -6.4552726 -2.6630286 -2.9670795 -0.03522258",
+    "10 -5.9865441 -5.9865441 -0.51362124 -5.5992529 -1.7642147 -1.8790578 0.02724717",
+    "20 -5.137628 -5.137628 -0.50035702 -1.111985 2.5162313 2.6144507 -0.033361578",
+    "NOW -0.5003570216 -5.137628005",
+    "20 -5.1270549 -5.1270549 -0.48978387 -1.0802945 2.482606 2.5787499 -0.032656607",
+    "30 -5.4528889 -5.4528889 -0.47537443 -2.7105533 0.93296279 1.6108564 -0.28898564",
+    "30 -4.9775145 -4.9775145 0 -1.2857316 1.7858946 2.4637882 -0.28898564",
+    "31 -4.952637 -4.952637 0 -1.2003594 1.8621787 2.6004823 -0.30802681",
+    "31 -694.15603 -694.15603 -60.249427 -333.6285 1.0115438 1.7415321 -0.3051164",
+    "32 -689.86668 -689.86668 -60.249427 -317.74833 1.1216562 1.9155507 -0.31207801",
+    "32 -581.15607 -581.15607 0 -88.703835 1.9516666 2.7430515 -0.31109147",
+];
+
+#[test]
+fn tail_corrections_are_those_of_lammps() {
+    let folder = Folder::new("tail");
+    folder.write("a.in", TAIL);
+    let said = folder.says("run a.in --precision double");
+    let rows: Vec<String> =
+        compared(&said).into_iter().filter(|row| !row.contains("build") && !row.contains('#')).collect();
+    assert_eq!(rows, TAIL_ROWS);
+    assert_eq!(said.matches("WARNING: tail corrections").count(), 3, "{said}");
+    let plain = YUKAWA.replace("mix sixthpower", "mix sixthpower tail yes");
+    folder.write("a.in", &plain);
+    let said = folder.says("run a.in --precision double");
+    assert!(said.contains("WARNING: pair style yukawa has no tail corrections"), "{said}");
+    assert_eq!(compared(&said)[..4], YUKAWA_ROWS);
+}
+
+/// Chains of several lengths, a ramp, drag, parts of a step, two masses, two groups, runs with and without set-up.
+const NVT: &str = "\
+units lj
+lattice fcc 0.8442
+region b block 0 4 0 4 0 4
+create_box 2 b
+create_atoms 1 box basis 3 2 basis 4 2
+mass 1 1
+mass 2 2.5
+velocity all create 1.44 87287 loop geom
+pair_style lj/cut 2.5
+pair_coeff * * 1 1
+fix 1 all nvt temp 1.5 0.9 0.3 tchain 4 tloop 2 drag 0.1
+thermo_style custom step temp pe press ke ecouple econserve etotal
+thermo_modify format float %.12g
+thermo 50
+run 200
+run 50
+velocity all scale 1.1
+run 50 pre no
+unfix 1
+group g type 2
+group h type 1
+fix 1 g nvt temp 1.0 1.0 0.2 
+fix 2 h nvt temp 0.8 0.8 0.5 tchain 1
+run 100
+";
+
+/// Twelve digits of values of order 1: what rounding makes of 400 steps stays below the last.
+const NVT_ROWS: [&str; 12] = [
+    "0 1.44 -6.77336805325 -5.02441789509 2.1515625 0 -4.62180555325 -4.62180555325",
+    "50 0.828434031556 -5.69931094649 0.600669095953 1.23779694168 -0.173275620994 -4.6347896258 -4.46151400481",
+    "100 0.898009368831 -5.57462748612 1.31462431207 1.3417522796 -0.410234315555 -4.64310952207 -4.23287520652",
+    "150 1.03054258063 -5.61267902949 1.16682441607 1.53977553551 -0.537988291421 -4.6108917854 -4.07290349398",
+    "200 0.987689138461 -5.50976170401 1.57716647436 1.47574646665 -0.511820147698 -4.54583538506 -4.03401523736",
+    "200 0.987689138461 -5.50976170401 1.57716647436 1.47574646665 -0.853033579497 -4.88704881686 -4.03401523736",
+    "250 1.03194108654 -5.44115567643 2.01745430752 1.54186510001 -0.627835442773 -4.52712601919 -3.89929057642",
+    "250 1.1 -5.44115567643 2.07468520736 1.6435546875 -0.627835442773 -4.4254364317 -3.79760098893",
+    "300 1.09817357895 -5.30263720208 2.72681467029 1.64082575762 -0.734019612221 -4.39583105668 -3.66181144446",
+    "300 1.09817357895 -5.30263720208 2.72681467029 1.64082575762 0 -3.66181144446 -3.66181144446",
+    "350 1.06863914609 -5.34231672945 2.52525551542 1.59669716164 0.0852890491246 -3.66033051868 -3.74561956781",
+    "400 0.94780273564 -5.49466397778 1.73104669978 1.41615057181 0.418586706419 -3.65992669955 -4.07851340597",
+];
+
+#[test]
+fn chains_of_thermostats_are_those_of_lammps() {
+    let folder = Folder::new("nvt");
+    folder.write("a.in", NVT);
+    let said = folder.says("run a.in --precision double");
+    let rows: Vec<String> = compared(&said).into_iter().filter(|row| row.split(' ').count() == 8).collect();
+    for (row, expected) in rows.iter().zip(NVT_ROWS) {
+        let numbers = |row: &str| row.split(' ').map(|word| word.parse::<f64>().unwrap()).collect::<Vec<_>>();
+        for (a, b) in numbers(row).into_iter().zip(numbers(expected)) {
+            assert!((a - b).abs() <= 2e-11 * b.abs().max(1.0), "{row}\n{expected}");
+        }
+    }
+    assert_eq!(rows.len(), NVT_ROWS.len());
+}

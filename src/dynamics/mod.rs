@@ -1,9 +1,13 @@
 //! Fixes: what moves the particles and acts on them. One file each in `fixes/` with a type `Style: FixStyle`;
 //! `build.rs` registers it. The rules are formulas over [`Real`] for one particle, so that every backend runs the same.
 
+pub mod noise;
+pub mod thermostat;
+
 use crate::real::Real;
 use crate::script::{Args, Complaint};
-use crate::system::{SimulationBox, Vec3};
+use crate::system::{SimulationBox, Units, Vec3};
+use thermostat::{Group, Moment};
 
 include!(concat!(env!("OUT_DIR"), "/fixes.rs"));
 
@@ -26,11 +30,14 @@ pub enum Phase {
     Force,
     /// After the force: velocities (LAMMPS: final_integrate).
     Last,
+    /// On velocities, when all have been kicked and the kinetic energy of the fix's group is known (LAMMPS: the end of
+    /// final_integrate).
+    Measured,
 }
 
 impl Phase {
     /// In the order of a step.
-    pub const ALL: [Phase; 4] = [Phase::Initial, Phase::Moved, Phase::Force, Phase::Last];
+    pub const ALL: [Phase; 5] = [Phase::Initial, Phase::Moved, Phase::Force, Phase::Last, Phase::Measured];
 }
 
 /// One particle as a rule sees it.
@@ -53,13 +60,39 @@ pub struct Step<R> {
     pub half_kick: R,
 }
 
-/// What the script said of a fix, as its rules see it.
+/// One particle as a rule for forces sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct Push<R> {
+    /// Force, force units.
+    pub f: [R; 3],
+    /// Velocity, half a step before the force but at a set-up; length / time units.
+    pub v: [R; 3],
+    /// Mass units.
+    pub mass: R,
+    /// Timestep, time units.
+    pub dt: R,
+    /// Random numbers of the particle at this step, evenly from -1/2 to 1/2; zeros unless the style has [`FixStyle::NOISE`].
+    pub noise: [R; 3],
+}
+
+/// What the script said of a fix, as its rules see it: the same for all particles.
 #[derive(Clone, Copy, Debug)]
 pub struct Given<'a, R> {
-    /// [`Fix::choice`]: the same for all particles.
+    /// [`Fix::choice`].
     pub choice: u32,
     /// [`Fix::parameters`]; coordinates ([`FixStyle::coordinate`]) are relative to the same point as positions.
     pub parameters: &'a [R],
+    /// The part of the run that lies behind, from 0 to 1.
+    pub progress: R,
+    /// What [`FixStyle::thermostat`] last came to; 1 for fixes that are none.
+    pub scale: R,
+}
+
+impl<'a, R: Real> Given<'a, R> {
+    /// At the start of a run.
+    pub fn new(choice: u32, parameters: &'a [R]) -> Self {
+        Self { choice, parameters, progress: R::constant(0.0), scale: R::constant(1.0) }
+    }
 }
 
 /// What a fix may ask of the scene when it is defined.
@@ -68,6 +101,7 @@ pub struct FixScene<'a> {
     pub simulation_box: &'a SimulationBox,
     /// Length of a lattice unit along each axis.
     pub lattice_unit: Vec3,
+    pub units: &'a Units,
 }
 
 /// What a fix's arguments come to.
@@ -86,6 +120,8 @@ pub trait FixStyle: Send + Sync + 'static {
     const SYNTAX: &'static str;
     /// The phases it has rules for; those of the others do nothing.
     const PHASES: &'static [Phase];
+    /// Which parameter seeds its random numbers (a whole number below 2^32), if it has any.
+    const NOISE: Option<usize> = None;
 
     /// Reads the arguments after the style's name; at most [`MOST_PARAMETERS`] numbers come of them.
     fn parse(args: &mut Args<'_>, scene: &FixScene<'_>) -> Result<FixArguments, Complaint>;
@@ -94,18 +130,37 @@ pub trait FixStyle: Send + Sync + 'static {
         None
     }
 
+    /// How many numbers a thermostat keeps from step to step; 0 for fixes that are none.
+    fn memory_size(_choice: u32) -> usize {
+        0
+    }
+    /// What is to be done for a group as a whole: goes on with the numbers kept, and gives the factor on velocities that its
+    /// rules find in [`Given::scale`]: that of the step's end in [`Phase::Measured`], that of its start in [`Phase::Initial`].
+    #[inline(always)]
+    fn thermostat<R: Real>(_: Moment, _memory: &mut [R], _: &Group<R>, _: &Given<'_, R>) -> R {
+        R::constant(1.0)
+    }
+    /// Energy that particles have given to the bath, energy units.
+    #[inline(always)]
+    fn bath_energy<R: Real>(_memory: &[R], _: &Group<R>, _: &Given<'_, R>) -> R {
+        R::constant(0.0)
+    }
+
     /// [`Phase::Initial`]: kick and drift.
     #[inline(always)]
     fn initial<R: Real>(_motion: &mut Motion<R>, _step: &Step<R>, _given: &Given<'_, R>) {}
     /// [`Phase::Moved`]: positions and velocities; the force belongs to the old position.
     #[inline(always)]
     fn moved<R: Real>(_motion: &mut Motion<R>, _step: &Step<R>, _given: &Given<'_, R>) {}
-    /// [`Phase::Force`]: the force on a particle of this mass (force and mass units).
+    /// [`Phase::Force`]: what is added to the force.
     #[inline(always)]
-    fn force<R: Real>(_f: &mut [R; 3], _mass: R, _given: &Given<'_, R>) {}
+    fn force<R: Real>(_push: &mut Push<R>, _given: &Given<'_, R>) {}
     /// [`Phase::Last`]: kick.
     #[inline(always)]
     fn last<R: Real>(_motion: &mut Motion<R>, _step: &Step<R>, _given: &Given<'_, R>) {}
+    /// [`Phase::Measured`]: velocities.
+    #[inline(always)]
+    fn measured<R: Real>(_motion: &mut Motion<R>, _given: &Given<'_, R>) {}
 }
 
 /// Something to be done for one fix style, whose type is chosen by its name.
@@ -151,6 +206,8 @@ pub struct Fix {
     /// Which of the style's rules are there (the faces that have a wall); kernels are compiled for it.
     pub choice: u32,
     pub parameters: Vec<f64>,
+    /// What a thermostat has kept from the last run; empty before the first.
+    pub memory: Vec<f64>,
 }
 
 impl Fix {
@@ -164,6 +221,18 @@ impl Fix {
             }
         }
         with_fix(self.style, Phases).is_some_and(|phases| phases.contains(&phase))
+    }
+
+    /// Whether it wants random numbers.
+    pub fn has_noise(&self) -> bool {
+        struct Noise;
+        impl FixVisitor for Noise {
+            type Output = bool;
+            fn visit<F: FixStyle>(self) -> bool {
+                F::NOISE.is_some()
+            }
+        }
+        with_fix(self.style, Noise).unwrap_or(false)
     }
 
     /// The axis along which a parameter is a coordinate.
@@ -208,6 +277,21 @@ fn no_variable(args: &Args<'_>, what: &str) -> Result<(), Complaint> {
     }
 }
 
+/// Temperatures at the start and at the end of a run, for thermostats.
+fn temperatures(args: &mut Args<'_>) -> Result<(f64, f64), Complaint> {
+    let mut next = |what: &str| {
+        no_variable(args, what)?;
+        args.number_where(what, "of at least 0", |t| t >= 0.0)
+    };
+    Ok((next("the temperature at the start")?, next("the temperature at the end")?))
+}
+
+/// The temperature that a thermostat aims at when part of the run is over.
+#[inline(always)]
+fn target_temperature<R: Real>(start: R, stop: R, progress: R) -> R {
+    start + progress * (stop - start)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -224,13 +308,20 @@ mod tests {
                 let before = Motion { x: three("x"), v: three("v"), f: three("f") };
                 let step = Step { dt: tape.input("dt"), half_kick: tape.input("half_kick") };
                 let parameters: Vec<Expr> = (0..MOST_PARAMETERS).map(|k| tape.input(format!("p{k}"))).collect();
-                let given = Given { choice: self.0, parameters: &parameters };
+                let (progress, scale) = (tape.input("progress"), tape.input("scale"));
+                let given = Given { choice: self.0, parameters: &parameters, progress, scale };
                 let mut after = before;
+                let (mass, dt) = (tape.input("mass"), tape.input("dt"));
+                let mut push = Push { f: before.f, v: before.v, mass, dt, noise: three("noise") };
                 match phase {
                     Phase::Initial => F::initial(&mut after, &step, &given),
                     Phase::Moved => F::moved(&mut after, &step, &given),
-                    Phase::Force => F::force(&mut after.f, tape.input("mass"), &given),
+                    Phase::Force => {
+                        F::force(&mut push, &given);
+                        after.f = push.f;
+                    }
                     Phase::Last => F::last(&mut after, &step, &given),
+                    Phase::Measured => F::measured(&mut after, &given),
                 }
                 (before.x, before.v, before.f) != (after.x, after.v, after.f)
             };

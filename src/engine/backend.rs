@@ -140,6 +140,8 @@ pub trait Backend {
     fn fetch(&self, state: &mut State) -> Result<(), Error>;
     /// Sums of the current step; energy and virial as far as asked for.
     fn sums(&mut self) -> Result<Sums, Error>;
+    /// What each fix of the program keeps from step to step, for the next run.
+    fn memories(&self) -> Vec<Vec<f64>>;
     /// The box, which follows the particles where it shrink-wraps.
     fn simulation_box(&self) -> &SimulationBox;
     fn statistics(&self) -> NeighborStatistics;

@@ -46,6 +46,8 @@ pub struct Sums {
     pub potential: f64,
     /// Sum over pairs of r_a f_b, energy units; valid if asked for.
     pub virial: [f64; 6],
+    /// Energy that thermostats have taken, energy units.
+    pub bath: f64,
 }
 
 /// Sums of a step that a run has passed.

@@ -26,6 +26,8 @@ pub struct Program {
     pub fixes: Vec<Fix>,
     /// Timestep, time units.
     pub timestep: f64,
+    /// First and last step of the run, from which and to which what changes with time is counted.
+    pub range: (i64, i64),
     pub policy: Policy,
     pub search: SearchPlan,
     pub lost: LostAtoms,
@@ -61,7 +63,7 @@ impl Program {
             stages.push(Stage::Build);
         }
         stages.push(Stage::Force);
-        stages.extend(acting(Phase::Force).chain(acting(Phase::Last)));
+        stages.extend(acting(Phase::Force).chain(acting(Phase::Last)).chain(acting(Phase::Measured)));
         stages
     }
 
@@ -72,6 +74,7 @@ impl Program {
                 let part = match phase {
                     Phase::Initial => " (first half)",
                     Phase::Last => " (second half)",
+                    Phase::Measured => " (scale)",
                     Phase::Moved | Phase::Force => "",
                 };
                 format!("{}{part}", self.fixes[*k].style)
@@ -100,6 +103,12 @@ impl Program {
     /// Whether some fix moves particles in time.
     pub fn moves(&self) -> bool {
         self.fixes.iter().any(|fix| fix.acts(Phase::Initial))
+    }
+
+    /// The part of the run that lies behind at a step.
+    pub fn progress(&self, step: i64) -> f64 {
+        let (first, last) = self.range;
+        if step == first { 0.0 } else { (step - first) as f64 / (last - first) as f64 }
     }
 
     /// dt / 2 / mass for each type, in velocity per force.

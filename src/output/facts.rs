@@ -1,6 +1,7 @@
 //! What output needs to know of the scene beside the state.
 
 use crate::engine::Snapshot;
+use crate::pair::Tail;
 use crate::system::{Clock, Units};
 
 /// The scene as output sees it: constants of a run.
@@ -17,12 +18,22 @@ pub struct SceneFacts {
     /// Atoms after the last set-up: LAMMPS counts degrees of freedom then, and atoms lost later do not change them. `None`:
     /// those there are.
     pub thermal_atoms: Option<usize>,
+    /// Of the atoms at the last set-up, as in LAMMPS.
+    pub tail: Tail,
 }
 
 impl SceneFacts {
     /// Facts of a scene whose time began at step 0 and that has no lattice.
     pub fn new(units: &'static Units, masses: Vec<f64>) -> Self {
-        Self { units, masses, lattice: [1.0; 3], clock: Clock::default(), counting_from: None, thermal_atoms: None }
+        Self {
+            units,
+            masses,
+            lattice: [1.0; 3],
+            clock: Clock::default(),
+            counting_from: None,
+            thermal_atoms: None,
+            tail: Tail::default(),
+        }
     }
 
     /// Number of atom types.

@@ -147,10 +147,13 @@ impl<'a> Quantities<'a> {
             "press" => self.pressure(),
             "pe" | "epair" | "evdwl" => self.potential(),
             "ke" => self.kinetic(),
-            "etotal" | "econserve" => self.potential() + self.kinetic(),
+            "etotal" => self.potential() + self.kinetic(),
+            "ecouple" => self.bath(),
+            "econserve" => self.potential() + self.kinetic() + self.bath(),
             "enthalpy" => self.enthalpy(),
             // A scene of atoms with pair forces alone has none of these; its box is orthogonal and its clock has no alarm.
-            "ecoul" | "ebond" | "eangle" | "edihed" | "eimp" | "emol" | "elong" | "etail" | "ecouple" => 0.0,
+            "ecoul" | "ebond" | "eangle" | "edihed" | "eimp" | "emol" | "elong" => 0.0,
+            "etail" => self.normalized(self.facts.tail.energy / s.simulation_box.volume()),
             "xy" | "xz" | "yz" | "avecy" | "avecz" | "bvecx" | "bvecz" | "cvecx" | "cvecy" | "timeremain" => 0.0,
             "vol" => s.simulation_box.volume(),
             "density" => self.facts.units.mv2d * self.mass() / s.simulation_box.volume(),
@@ -208,24 +211,35 @@ impl<'a> Quantities<'a> {
     fn pressure(&self) -> f64 {
         let s = self.snapshot;
         let kinetic = degrees_of_freedom(self.thermal_atoms()) * self.facts.units.boltzmann * self.temperature();
-        let virial = s.sums.virial[0] + s.sums.virial[1] + s.sums.virial[2];
-        (kinetic + virial) / 3.0 / s.simulation_box.volume() * self.facts.units.nktv2p
+        let [xx, yy, zz] = [0, 1, 2].map(|k| self.virial(k));
+        (kinetic + xx + yy + zz) / 3.0 / s.simulation_box.volume() * self.facts.units.nktv2p
     }
 
     /// Pressure tensor; unlike the scalar it takes the kinetic tensor as it is, for 3N degrees of freedom.
     fn pressure_component(&self, k: usize) -> f64 {
         let s = self.snapshot;
-        (s.sums.kinetic[k] * self.facts.units.mvv2e + s.sums.virial[k]) / s.simulation_box.volume()
+        (s.sums.kinetic[k] * self.facts.units.mvv2e + self.virial(k)) / s.simulation_box.volume()
             * self.facts.units.nktv2p
     }
 
+    /// Virial tensor with what lies beyond the cutoff.
+    fn virial(&self, k: usize) -> f64 {
+        let tail = if k < 3 { self.facts.tail.virial / self.snapshot.simulation_box.volume() } else { 0.0 };
+        self.snapshot.sums.virial[k] + tail
+    }
+
     fn potential(&self) -> f64 {
-        self.normalized(self.snapshot.sums.potential)
+        self.normalized(self.snapshot.sums.potential + self.facts.tail.energy / self.snapshot.simulation_box.volume())
     }
 
     fn kinetic(&self) -> f64 {
         let freedom = degrees_of_freedom(self.thermal_atoms());
         self.normalized(self.temperature() * 0.5 * freedom * self.facts.units.boltzmann)
+    }
+
+    /// What thermostats have taken.
+    fn bath(&self) -> f64 {
+        self.normalized(self.snapshot.sums.bath)
     }
 
     fn enthalpy(&self) -> f64 {
@@ -240,13 +254,13 @@ impl<'a> Quantities<'a> {
 
     /// Mass of all atoms; counted by type, as a sum over atoms would lose digits.
     fn mass(&self) -> f64 {
-        let mut atoms_of = vec![0_u64; self.facts.types()];
-        for &kind in &self.snapshot.state.kind {
-            if let Some(n) = (kind as usize).checked_sub(1).and_then(|k| atoms_of.get_mut(k)) {
-                *n += 1;
-            }
-        }
-        atoms_of.iter().zip(&self.facts.masses).map(|(n, mass)| *n as f64 * mass).sum()
+        self.snapshot
+            .state
+            .atoms_of(self.facts.types())
+            .iter()
+            .zip(&self.facts.masses)
+            .map(|(n, mass)| *n as f64 * mass)
+            .sum()
     }
 }
 
@@ -290,6 +304,7 @@ pub(crate) mod tests {
             kinetic: [0.5, 0.25, 0.125, 0.01, 0.02, 0.03].map(|k| k / 1.0364269e-4),
             potential: -3.0,
             virial: [1.0, 2.0, 4.0, 0.1, 0.2, 0.3],
+            bath: 0.75,
         };
         (state, simulation_box, sums)
     }

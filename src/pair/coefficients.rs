@@ -59,6 +59,8 @@ pub struct PairCoefficients {
     pub mixing: Mixing,
     /// `pair_modify shift yes`.
     pub shift: bool,
+    /// `pair_modify tail yes`.
+    pub tail: bool,
     types: usize,
     /// Upper triangle by `i * types + j`, i <= j from 0.
     given: Vec<Option<Given>>,
@@ -75,7 +77,16 @@ impl PairCoefficients {
         };
         let given = vec![None; types * types];
         let settings = vec![0.0; style.settings.len()];
-        Ok(Self { style: *style, settings, global_cutoff, mixing: Mixing::default(), shift: false, types, given })
+        Ok(Self {
+            style: *style,
+            settings,
+            global_cutoff,
+            mixing: Mixing::default(),
+            shift: false,
+            tail: false,
+            types,
+            given,
+        })
     }
 
     /// The style's name and coefficients.
@@ -157,6 +168,9 @@ impl PairCoefficients {
     /// Fills unlike pairs by mixing. The error says which pair has no coefficients.
     /// Also counts mixed and mixable pairs, which the log reports.
     pub fn complete(&self) -> Result<(PairTable, usize, usize), String> {
+        if self.shift && self.tail {
+            return Err("pair_modify: shift and tail cannot both be yes".into());
+        }
         let n = self.types;
         let mut pairs = vec![TypePair::default(); n * n];
         let mut mixed = 0;
@@ -173,11 +187,10 @@ impl PairCoefficients {
                 pairs[i * n + j] = pair;
             }
         }
-        Ok((
-            PairTable { style: self.style.name, shift: self.shift, types: n, settings: self.settings.clone(), pairs },
-            mixed,
-            n * (n - 1) / 2,
-        ))
+        let (style, shift, tail, settings) = (self.style.name, self.shift, self.tail, self.settings.clone());
+        let table = PairTable { style, shift, tail, types: n, settings, pairs };
+        table.check_tail()?;
+        Ok((table, mixed, n * (n - 1) / 2))
     }
 
     fn mix(&self, i: usize, j: usize) -> Result<TypePair, String> {

@@ -7,7 +7,7 @@ mod table;
 pub mod truncation;
 
 pub use coefficients::{Mixing, PairCoefficients};
-pub use table::{PairTable, TypePair};
+pub use table::{PairTable, Tail, TypePair};
 
 use crate::real::{Convert, Real};
 
@@ -84,6 +84,11 @@ pub trait PairStyle: Send + Sync + 'static {
     fn map<A: Real, B: Real>(params: &Self::Params<A>, convert: impl Convert<A, B>) -> Self::Params<B>;
     /// The untruncated formula at squared distance `r2`.
     fn eval<R: Real>(r2: R, params: &Self::Params<R>) -> PairValue<R>;
+    /// Integral of U(r) r^2 from the cutoff to infinity, energy times volume, for `pair_modify tail`; `None` where LAMMPS
+    /// corrects nothing.
+    fn tail(_params: &Self::Params<f64>, _cutoff: f64) -> Option<f64> {
+        None
+    }
 }
 
 /// Something to be done for one style, whose type is chosen by its name.

@@ -1,5 +1,7 @@
 //! The finished coefficients of a scene: one entry for each ordered pair of types.
 
+use std::f64::consts::PI;
+
 use super::{Coefficient, PairStyle, StyleInfo, StyleVisitor, styles, with_style};
 use crate::pair::truncation::{Cut, Shifted, Truncation};
 
@@ -21,11 +23,23 @@ pub struct PairTable {
     pub style: &'static str,
     /// Energies are shifted to 0 at the cutoff.
     pub shift: bool,
+    /// Energy and pressure that are shown hold what lies beyond the cutoff.
+    pub tail: bool,
     pub types: usize,
     /// `types * types` entries, row-major, types from 0.
     pub pairs: Vec<TypePair>,
     /// Values of the style's settings.
     pub settings: Vec<f64>,
+}
+
+/// What pairs beyond the cutoff would add where atoms lie evenly, once divided by the volume (LAMMPS doc page `pair_modify`,
+/// keyword tail; D. Frenkel and B. Smit, Understanding Molecular Simulation, section 3.2.2). Forces have none of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tail {
+    /// To the potential energy, energy times volume.
+    pub energy: f64,
+    /// To each of the virial's xx, yy, zz, energy times volume.
+    pub virial: f64,
 }
 
 /// A number for each pair of types, row-major.
@@ -71,6 +85,53 @@ impl PairTable {
     /// Neighbor cutoffs R = cutoff + skin; a pair that is switched off has none (LAMMPS adds no skin to a zero cutoff).
     pub fn neighbor_cutoffs(&self, skin: f64) -> PerTypePair {
         self.squared_cutoffs().iter().map(|c2| if *c2 > 0.0 { c2.sqrt() + skin } else { 0.0 }).collect()
+    }
+
+    /// Whether the style has tail corrections at all.
+    pub fn has_tail(&self) -> bool {
+        self.pairs.first().is_some_and(|pair| self.beyond(pair).is_some())
+    }
+
+    /// A pair that is switched off has no cutoff that a tail could begin at.
+    pub(super) fn check_tail(&self) -> Result<(), String> {
+        match self.pairs.iter().position(|pair| pair.cutoff <= 0.0) {
+            Some(k) if self.tail && self.has_tail() => {
+                let (i, j) = (k / self.types + 1, k % self.types + 1);
+                Err(format!("pair_modify tail: expected a cutoff above 0 for types {i} {j}, got 0"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Tail corrections where there are so many atoms of each type (from 0); none unless they are asked for.
+    pub fn tail(&self, atoms: &[usize]) -> Tail {
+        let mut tail = Tail::default();
+        if !self.tail {
+            return tail;
+        }
+        let pairs = (0..self.types).flat_map(|i| (0..self.types).map(move |j| (i, j)));
+        for ((i, j), pair) in pairs.zip(&self.pairs) {
+            let Some(integral) = self.beyond(pair) else { continue };
+            // By parts: the integral of -U'(r) r^3 is r^3 U at the cutoff and three times that of U r^2.
+            let virial = pair.cutoff.powi(3) * pair.energy_at_cutoff + 3.0 * integral;
+            let count = atoms[i] as f64 * atoms[j] as f64;
+            tail.energy += 2.0 * PI * count * integral;
+            tail.virial += 2.0 * PI / 3.0 * count * virial;
+        }
+        tail
+    }
+
+    /// [`PairStyle::tail`] of a pair of types.
+    fn beyond(&self, pair: &TypePair) -> Option<f64> {
+        struct Beyond<'a>(&'a TypePair, &'a [f64]);
+        impl StyleVisitor for Beyond<'_> {
+            type Output = Option<f64>;
+            fn visit<S: PairStyle>(self) -> Self::Output {
+                let Beyond(pair, settings) = self;
+                S::tail(&S::params(&pair.coefficients, settings, pair.cutoff), pair.cutoff)
+            }
+        }
+        with_style(self.style, Beyond(pair, &self.settings)).flatten()
     }
 
     /// U(r) and -U'(r)/r of a pair of types (from 0), 0 from the cutoff on.

@@ -186,7 +186,8 @@ impl SceneBuilder {
         let space = self.space()?;
         let group = self.groups.find(group)?;
         let lattice_unit = self.lattice.as_ref().map_or(Vec3::repeat(1.0), Lattice::spacing);
-        let Some(parsed) = parse_fix(&style.text, args, &FixScene { simulation_box: space, lattice_unit }) else {
+        let scene = FixScene { simulation_box: space, lattice_unit, units: self.units };
+        let Some(parsed) = parse_fix(&style.text, args, &scene) else {
             let names: Vec<_> = crate::dynamics::fixes().iter().map(|f| f.0).collect();
             let message = format!("fix style '{}' is not part of octant; available: {}", style.text, names.join(", "));
             return Err(Complaint::new(style.word, message));
@@ -197,7 +198,7 @@ impl SceneBuilder {
             let message = format!("all fixes together have more than {MOST_PARAMETERS_OF_ALL} numbers");
             return Err(Complaint::new(style.word, message));
         }
-        let fix = Fix { id: id.text.clone(), style: style_name, group, choice, parameters };
+        let fix = Fix { id: id.text.clone(), style: style_name, group, choice, parameters, memory: Vec::new() };
         match self.fixes.iter_mut().find(|f| f.id == fix.id) {
             Some(old) if old.style != style_name => {
                 return Err(Complaint::new(id.word, format!("fix ID '{}' is in use by another style", fix.id)));
@@ -270,6 +271,7 @@ impl SceneBuilder {
             fixes: self.fixes.clone(),
             timestep: self.timestep,
             policy: self.policy,
+            range: (self.step, self.step),
             search,
             lost: self.lost,
             storage_sort: self.storage_sort,

@@ -3,6 +3,7 @@
 use crate::engine::{NeighborStatistics, Snapshot, Sums};
 use crate::output::SceneFacts;
 use crate::output::quantities::{Quantities, keyword};
+use crate::pair::Tail;
 use crate::scene::SceneBuilder;
 use crate::scene::group_functions::{GroupContext, group_function, is_group_function};
 use crate::script::{Environment, Quantity};
@@ -21,6 +22,7 @@ pub struct LastRun {
     pub seconds: f64,
     /// See [`SceneFacts::thermal_atoms`].
     pub thermal_atoms: usize,
+    pub tail: Tail,
 }
 
 /// The scene between runs.
@@ -61,6 +63,7 @@ impl Environment for BetweenRuns<'_> {
         let scene = self.scene;
         let mut facts = facts(scene);
         facts.thermal_atoms = self.last_run.map(|r| r.thermal_atoms);
+        facts.tail = self.last_run.map_or(Tail::default(), |r| r.tail);
         let mut sums = self.last_run.map_or(Sums::default(), |r| r.sums);
         if self.last_run.is_none() {
             sums.kinetic[0] = sum_mass_velocity_squared(&scene.state, &facts.masses, 1);

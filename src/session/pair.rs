@@ -48,6 +48,7 @@ impl ScriptState {
     pub fn pair_modify(&mut self, command: &PairModifyCommand) -> Result<Messages, Complaint> {
         let pair = self.scene.pair.as_mut().ok_or_else(|| Complaint::new(0, "there is no pair_style yet"))?;
         pair.shift = command.shift.unwrap_or(pair.shift);
+        pair.tail = command.tail.unwrap_or(pair.tail);
         pair.mixing = command.mixing.unwrap_or(pair.mixing);
         Ok(Messages::new())
     }

@@ -14,6 +14,7 @@ use crate::output::printf::format_g;
 use crate::output::summary::cpu_seconds;
 use crate::output::thermo::memory_line;
 use crate::output::{RunSummary, SceneFacts, StageTimes, ThermoSchedule};
+use crate::pair::Tail;
 use crate::scene::builder::g8;
 use crate::script::Complaint;
 use crate::script::command::run::RunCommand;
@@ -45,7 +46,8 @@ pub fn steps(command: &RunCommand, now: i64) -> Result<(i64, i64), Complaint> {
 /// Carries the run out.
 pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) -> Result<Outcome, RunError> {
     let (first, last) = steps(command, script.scene.step)?;
-    let (program, mixed, mixable) = script.scene.program(live.settings.search)?;
+    let (mut program, mixed, mixable) = script.scene.program(live.settings.search)?;
+    program.range = (command.start.unwrap_or(first), command.stop.unwrap_or(last));
     if live.settings.explain {
         explain(&program, live);
     }
@@ -53,7 +55,14 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     facts.counting_from = command.start;
     script.thermo.start_run(script.scene.space()?.shrinks());
     let keep = !command.pre && script.continues;
-    facts.thermal_atoms = script.last_run.as_ref().filter(|_| keep).map(|r| r.thermal_atoms);
+    let before = script.last_run.as_ref().filter(|_| keep);
+    facts.thermal_atoms = before.map(|r| r.thermal_atoms);
+    facts.tail = match before {
+        // Counted at the set-up; `pair_modify` may have switched it off since.
+        Some(before) if program.pair.tail => before.tail,
+        Some(_) => Tail::default(),
+        None => program.pair.tail(&script.scene.state.atoms_of(program.pair.types)),
+    };
     open_dumps(script, live, &Arc::new(facts.clone()))?;
 
     let program = Arc::new(program);
@@ -119,7 +128,11 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
         first_step: first,
         seconds: loop_seconds,
         thermal_atoms: facts.thermal_atoms.unwrap_or(summary.atoms),
+        tail: facts.tail,
     });
+    for (fix, memory) in script.scene.fixes.iter_mut().zip(live.backend.memories()) {
+        fix.memory = memory;
+    }
     script.continues = true;
     if let Some(fault) = live.console.take_fault() {
         return Err(fault.into());
@@ -212,6 +225,12 @@ fn set_up_messages(program: &Program, mixed: usize, mixable: usize, script: &Scr
     ];
     for line in &lines {
         live.console.line(line);
+    }
+    if program.pair.tail && !program.pair.has_tail() {
+        let text = format!("pair style {} has no tail corrections: pair_modify tail adds nothing", program.pair.style);
+        live.console.warning(&text);
+    } else if program.pair.tail && script.scene.space.as_ref().is_some_and(|s| (0..3).any(|axis| !s.periodic(axis))) {
+        live.console.warning("tail corrections (pair_modify tail) in a box with sides that are not periodic");
     }
     if !program.moves() {
         live.console.warning("no fix integrates the motion: atoms stay where they are");

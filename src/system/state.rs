@@ -50,6 +50,17 @@ impl State {
         self.mask.push(GROUP_ALL);
     }
 
+    /// How many particles there are of each of so many types.
+    pub fn atoms_of(&self, types: usize) -> Vec<usize> {
+        let mut atoms = vec![0; types];
+        for &kind in &self.kind {
+            if let Some(n) = (kind as usize).checked_sub(1).and_then(|k| atoms.get_mut(k)) {
+                *n += 1;
+            }
+        }
+        atoms
+    }
+
     /// Largest id, 0 for an empty state.
     pub fn max_id(&self) -> u32 {
         self.id.iter().copied().max().unwrap_or(0)

@@ -171,6 +171,7 @@ pub fn program(cutoffs: &[f64], skin: f64, search: impl Into<SearchPlan>) -> Pro
         fixes: vec![Fix { id: "1".into(), style: "nve", group: GROUP_ALL, ..Fix::default() }],
         timestep: 0.005,
         policy: Policy::new(skin),
+        range: (0, 1000),
         search: search.into(),
         lost: LostAtoms::Error,
         storage_sort: None,

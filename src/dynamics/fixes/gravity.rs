@@ -1,7 +1,7 @@
 //! `fix gravity`: the same acceleration for all particles of a group (LAMMPS doc page `fix_gravity`). As there, the force that
 //! is printed and dumped holds it; potential energy and pressure do not.
 
-use crate::dynamics::{no_variable, FixArguments, FixScene, FixStyle, Given, Phase};
+use crate::dynamics::{no_variable, FixArguments, FixScene, FixStyle, Given, Phase, Push};
 use crate::real::Real;
 use crate::script::{Args, Complaint};
 use crate::system::Vec3;
@@ -43,9 +43,9 @@ impl FixStyle for Style {
     }
 
     #[inline(always)]
-    fn force<R: Real>(f: &mut [R; 3], mass: R, given: &Given<'_, R>) {
-        for (f, acceleration) in f.iter_mut().zip(given.parameters) {
-            *f = mass.mul_add(*acceleration, *f);
+    fn force<R: Real>(push: &mut Push<R>, given: &Given<'_, R>) {
+        for (f, acceleration) in push.f.iter_mut().zip(given.parameters) {
+            *f = push.mass.mul_add(*acceleration, *f);
         }
     }
 }

@@ -42,7 +42,7 @@ mod tests {
             let step = Step { dt, half_kick: 0.5 * dt };
             let moved = |x: f64, v: f64| {
                 let mut motion = Motion { x: [x; 3], v: [v; 3], f: [-x; 3] };
-                Style::initial(&mut motion, &step, &Given { choice: 0, parameters: &[] });
+                Style::initial(&mut motion, &step, &Given::new(0, &[]));
                 (motion.x[1], motion.v[1])
             };
             let ((a, c), (b, d)) = (moved(1.0, 0.0), moved(0.0, 1.0));
@@ -56,7 +56,7 @@ mod tests {
         let (dt, half_kick) = (0.25, 0.125 / 2.0); // mass 2
         let mut motion = Motion { x: [0.0, 1.0, 2.0], v: [3.0, 0.0, -1.0], f: [0.0, 0.0, -8.0] };
         for _ in 0..4 {
-            Style::initial(&mut motion, &Step { dt, half_kick }, &Given { choice: 0, parameters: &[] });
+            Style::initial(&mut motion, &Step { dt, half_kick }, &Given::new(0, &[]));
         }
         // After t = 1 with acceleration -4.
         assert_eq!((motion.x, motion.v), ([3.0, 1.0, -1.0], [3.0, 0.0, -5.0]));

@@ -94,7 +94,7 @@ mod tests {
         let walls = [-1.0, 1.0, -2.0, 2.0, -3.0, 3.0];
         let bounced = |choice, x: [f64; 3]| {
             let mut motion = Motion { x, v: [1.0, 2.0, 3.0], f: [0.0; 3] };
-            Style::moved(&mut motion, &Step { dt: 0.1, half_kick: 0.0 }, &Given { choice, parameters: &walls });
+            Style::moved(&mut motion, &Step { dt: 0.1, half_kick: 0.0 }, &Given::new(choice, &walls));
             (motion.x, motion.v)
         };
         assert_eq!(bounced(63, [-1.25, 2.5, 3.0]), ([-0.75, 1.5, 3.0], [-1.0, -2.0, 3.0]));

@@ -3,14 +3,17 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::fallback::Fallback;
 use super::force::{PairKernel, PairSums, PairTask, pair_kernel};
 use super::list::{List, Sorted};
 use super::membership::Membership;
-use super::mode::{Double, Mode, Slot};
-use super::motion::{FixKernel, Kicks, Piece, displacement, fix_kernel};
+use super::mode::{Mode, Slot};
+use super::motion::{FixKernel, Kicks, Piece, fix_kernel};
 use super::moving::{Frame, Moving, PIECE, Pack};
 use super::scratch::{Pool, Tiles};
+use super::sums::displacement;
 use crate::dynamics::Phase;
+use crate::dynamics::thermostat::{Moment, Thermostat};
 use crate::engine::backend::StageSeconds;
 use crate::engine::fault::{Fault, FaultKind};
 use crate::engine::observer::{Needs, NeighborStatistics};
@@ -20,17 +23,9 @@ use crate::engine::trouble::Scene;
 use crate::neighbor::guard::COARSEST_QUANTUM;
 use crate::neighbor::{Cells, Decision, LAMMPS_BIN};
 use crate::real::Isa;
-use crate::real::lanes::{DoubleSlot, Element, FixedSlot, with_simd};
+use crate::real::lanes::{Element, FixedSlot, with_simd};
 use crate::system::parallel;
 use crate::system::{LostAtoms, SimulationBox, State};
-
-/// Pair arithmetic in double precision for a faster mode, where fixed point cannot hold the scene.
-pub(super) struct Fallback {
-    pub(super) kernel: Box<dyn PairKernel<Double>>,
-    pub(super) tiles: Tiles<DoubleSlot>,
-    pub(super) slots: Vec<DoubleSlot>,
-    pub(super) f: [Vec<f64>; 3],
-}
 
 /// Whole numbers of quanta up to this are exact in doubles, with room to round them.
 const MOST_QUANTA: f64 = (1u64 << 50) as f64;
@@ -65,6 +60,9 @@ pub struct Engine<M: Mode> {
     pub(super) tiles: Tiles<M::Slot>,
     pub(super) pool: Pool,
     pub(super) fixes: Vec<Box<dyn FixKernel<M>>>,
+    /// Of each fix, the factors on velocities at the end of the last step and at the start of this one.
+    pub(super) scales: Vec<[f64; 2]>,
+    pub(super) thermostats: Vec<Thermostat>,
     pub(super) half_kicks: Vec<M::Store>,
     pub(super) masses: Vec<M::Force>,
     pub(super) neighbor_cutoffs: Vec<f64>,
@@ -110,6 +108,8 @@ impl<M: Mode> Engine<M> {
             tiles: Tiles::new(threads),
             pool: Pool::new(threads),
             fixes: program.fixes.iter().filter_map(|fix| fix_kernel(fix, isa)).collect(),
+            scales: vec![[1.0; 2]; program.fixes.len()],
+            thermostats: Thermostat::all(&program.fixes),
             half_kicks: by_type(program.half_kicks().into_iter()),
             masses: by_type(program.masses.iter().copied()),
             neighbor_cutoffs: program.pair.neighbor_cutoffs(program.policy.skin),
@@ -237,66 +237,52 @@ impl<M: Mode> Engine<M> {
         if !self.fixes.iter().any(|fix| fix.acts(Phase::Force)) {
             return;
         }
-        let Self { moving, fixes, program, half_kicks, masses, .. } = self;
-        let kicks = Kicks { dt: M::Store::of(program.timestep), half: half_kicks, masses, frames: &[], first: 0 };
-        let work = |_: usize, mut piece: Piece<'_, M>| {
+        let Self { moving, fixes, program, half_kicks, masses, held, step, .. } = self;
+        let (dt, ids, step) = (M::Store::of(program.timestep), &held.id[..], *step);
+        let progress = program.progress(step);
+        let work = |first: usize, mut piece: Piece<'_, M>| {
+            let kicks = Kicks { dt, half: half_kicks, masses, ids, step, progress, frames: &[], first };
             for fix in fixes.iter().filter(|fix| fix.acts(Phase::Force)) {
-                fix.act(Phase::Force, &mut piece, &kicks);
+                fix.act(Phase::Force, &mut piece, &kicks, 1.0);
             }
         };
         parallel::each(Piece::all(moving), PIECE, &work, &|(), ()| ());
     }
 
-    /// Whether differences of fixed-point coordinates could be wrong: the grid is too coarse for them, or particles have moved
-    /// far since the build, which a script without rebuilds allows.
-    fn is_out_of_range(&mut self) -> bool {
-        let radius = self.neighbor_cutoffs.iter().copied().fold(0.0, f64::max);
-        if !self.too_coarse && self.travel > radius {
-            self.travel = displacement(&self.moving, self.isa).sqrt();
-        }
-        self.too_coarse || self.travel > radius
-    }
-
-    fn forces_in_double(&mut self, sums: bool, lengths: [f64; 3]) {
-        let Self { moving, list, kernel, fallback, isa, program, .. } = self;
-        let threads = rayon::current_num_threads();
-        let fallback = fallback.get_or_insert_with(|| {
-            let kernel = pair_kernel(&program.pair, *isa).expect("the scene names a registered pair style");
-            let (slots, f) = (Vec::new(), [Vec::new(), Vec::new(), Vec::new()]);
-            Box::new(Fallback { kernel, tiles: Tiles::new(threads), slots, f })
-        });
-        let n = moving.len();
-        moving.pack(*isa, 1.0, &mut fallback.slots);
-        fallback.f.iter_mut().for_each(|axis| axis.resize(n, 0.0));
-        let Fallback { kernel: double, tiles, slots, f } = &mut **fallback;
-        // Rows are filled up for the faster kernel's lanes, of which there are at least as many.
-        debug_assert!(kernel.lanes().is_multiple_of(double.lanes()));
-        let task = PairTask { list, slots, quanta: 1.0, lengths, tiles, sums };
-        self.pair_sums = double.forces(&task, f.each_mut().map(|axis| &mut axis[..]));
-        for (to, from) in moving.f.iter_mut().zip(&fallback.f) {
-            for (to, from) in to.iter_mut().zip(from) {
-                *to = M::Force::of(*from);
-            }
-        }
-    }
-
     /// The second half of the last step if it is still to be done, then the first half of the next one if there is one.
     fn move_particles(&mut self, initial: bool) {
         let last = std::mem::take(&mut self.half_done);
-        let Self { moving, fixes, program, half_kicks, masses, isa, .. } = self;
+        if self.thermostats.is_empty() {
+            return self.pass(if last { &[Phase::Last] } else { &[] }, initial);
+        }
+        if last {
+            self.pass(&[Phase::Last], false);
+            // The first half of the next step may be under way.
+            self.ask_thermostats(Moment::EndOfStep, self.step - i64::from(initial));
+        }
+        if initial {
+            self.ask_thermostats(Moment::StartOfStep, self.step);
+        }
+        self.pass(if last { &[Phase::Measured] } else { &[] }, initial);
+    }
+
+    /// One pass over the particles: phases that end a step, then the first half of a step if there is one.
+    fn pass(&mut self, ends: &[Phase], initial: bool) {
+        let Self { moving, fixes, program, half_kicks, masses, isa, held, step, scales, .. } = self;
+        let (dt, ids, step) = (M::Store::of(program.timestep), &held.id[..], *step);
+        let progress = program.progress(step);
         let (frames, quanta, isa) = (std::mem::take(&mut moving.frames), moving.quanta, *isa);
         let work = |first: usize, mut piece: Piece<'_, M>| {
             let mut travel = 0.0;
             let frames: &[Frame] = &frames;
-            let kicks = Kicks { dt: M::Store::of(program.timestep), half: half_kicks, masses, frames, first };
+            let kicks = Kicks { dt, half: half_kicks, masses, ids, step, progress, frames, first };
             let mut act = |phase: Phase| {
-                for fix in fixes.iter().filter(|fix| fix.acts(phase)) {
-                    travel += fix.act(phase, &mut piece, &kicks).sqrt();
+                let start = usize::from(phase == Phase::Initial);
+                for (fix, scale) in fixes.iter().zip(&*scales).filter(|(fix, _)| fix.acts(phase)) {
+                    travel += fix.act(phase, &mut piece, &kicks, scale[start]).sqrt();
                 }
             };
-            if last {
-                act(Phase::Last);
-            }
+            ends.iter().for_each(|phase| act(*phase));
             if initial {
                 act(Phase::Initial);
                 act(Phase::Moved);

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::engine::{Engine, by_type};
 use super::mode::Mode;
-use super::motion::kinetic_sums;
 use super::moving::Moving;
+use super::sums::kinetic_sums;
 use crate::engine::backend::{Pair, Reached, StageSeconds, Work};
 use crate::engine::fault::Fault;
 use crate::engine::observer::{Needs, NeighborStatistics, Sums};
@@ -24,6 +24,7 @@ pub trait Loaded: Send + Sync {
     fn step(&self) -> i64;
     fn fetch(&self, state: &mut State);
     fn sums(&self) -> Sums;
+    fn memories(&self) -> Vec<Vec<f64>>;
     fn simulation_box(&self) -> &SimulationBox;
     fn statistics(&self) -> NeighborStatistics;
     fn seconds(&self) -> StageSeconds;
@@ -40,6 +41,7 @@ impl<M: Mode> Loaded for Engine<M> {
         self.statistics.builds = 0;
         self.statistics.dangerous = self.program.policy.check.then_some(0);
         self.build(true)?;
+        self.set_up_thermostats();
         let result = self.forces(needs);
         self.seconds = StageSeconds::default();
         result
@@ -48,8 +50,8 @@ impl<M: Mode> Loaded for Engine<M> {
     /// Takes over what a script may change without a set-up.
     fn go_on(&mut self, program: &Program, state: &State, step: i64) {
         let policy = Policy { skin: self.program.policy.skin, ..program.policy };
-        let (timestep, masses, lost) = (program.timestep, program.masses.clone(), program.lost);
-        self.program = Arc::new(Program { policy, timestep, masses, lost, ..Program::clone(&self.program) });
+        let (timestep, masses, lost, range) = (program.timestep, program.masses.clone(), program.lost, program.range);
+        self.program = Arc::new(Program { policy, timestep, masses, lost, range, ..Program::clone(&self.program) });
         self.half_kicks = by_type(self.program.half_kicks().into_iter());
         self.masses = by_type(self.program.masses.iter().copied());
         self.statistics.dangerous = policy.check.then(|| self.statistics.dangerous.unwrap_or(0));
@@ -112,7 +114,16 @@ impl<M: Mode> Loaded for Engine<M> {
             kinetic: kinetic_sums(&self.moving, &self.program.masses, self.isa),
             potential: self.pair_sums.energy,
             virial: self.pair_sums.virial,
+            bath: self.bath(),
         }
+    }
+
+    fn memories(&self) -> Vec<Vec<f64>> {
+        let mut memories = vec![Vec::new(); self.program.fixes.len()];
+        for thermostat in &self.thermostats {
+            memories[thermostat.place].clone_from(&thermostat.memory);
+        }
+        memories
     }
 
     fn simulation_box(&self) -> &SimulationBox {

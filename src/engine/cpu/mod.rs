@@ -2,6 +2,7 @@
 
 mod block;
 mod engine;
+mod fallback;
 mod force;
 mod list;
 mod loaded;
@@ -12,6 +13,8 @@ mod moving;
 mod rows;
 mod scratch;
 mod search;
+mod sums;
+mod thermostats;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -133,6 +136,10 @@ impl Backend for CpuBackend {
 
     fn sums(&mut self) -> Result<Sums, Error> {
         Ok(self.on_pool(|loaded| loaded.sums()))
+    }
+
+    fn memories(&self) -> Vec<Vec<f64>> {
+        self.loaded().memories()
     }
 
     fn simulation_box(&self) -> &SimulationBox {

@@ -1,12 +1,13 @@
 //! The per-particle rules in lanes: fixes, and sums over the motion.
 
 use super::mode::Mode;
-use super::moving::{Frame, Moving, PIECE, parts_of};
-use crate::dynamics::{Fix, FixStyle, FixVisitor, Given, INWARD, MOST_PARAMETERS, Motion, Phase, Step, with_fix};
+use super::moving::{Frame, Moving, parts_of};
+use crate::dynamics::noise::noise;
+use crate::dynamics::{Fix, FixStyle, FixVisitor, Given, INWARD, MOST_PARAMETERS, Motion, Phase, Push, Step, with_fix};
 use crate::real::lanes::{Element, Lanes, Simd, SimdVisitor, Work, with_simd};
 use crate::real::{Isa, Real};
 use crate::system::GROUP_ALL;
-use crate::system::parallel::{self, Pieces};
+use crate::system::parallel::Pieces;
 
 /// What the fixes need beside the particles.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +18,11 @@ pub struct Kicks<'a, M: Mode> {
     pub half: &'a [M::Store],
     /// Masses by type; one where all types have the same.
     pub masses: &'a [M::Force],
+    /// Ids of all particles, for random numbers.
+    pub ids: &'a [u32],
+    pub step: i64,
+    /// The part of the run that lies behind.
+    pub progress: f64,
     /// Points that positions are relative to.
     pub frames: &'a [Frame],
     /// First particle of the piece.
@@ -66,7 +72,8 @@ pub trait FixKernel<M: Mode>: Send + Sync {
     /// Whether it does anything in a phase.
     fn acts(&self, phase: Phase) -> bool;
     /// What it does in a phase. Returns the largest squared displacement, infinite where a position has become no number.
-    fn act(&self, phase: Phase, piece: &mut Piece<'_, M>, kicks: &Kicks<'_, M>) -> f64;
+    /// `scale` is [`Given::scale`].
+    fn act(&self, phase: Phase, piece: &mut Piece<'_, M>, kicks: &Kicks<'_, M>, scale: f64) -> f64;
 }
 
 /// The kernel of a fix.
@@ -106,15 +113,17 @@ impl<M: Mode, I: Simd, F: FixStyle> FixKernel<M> for Kernel<I, F> {
         F::PHASES.contains(&phase)
     }
 
-    fn act(&self, phase: Phase, piece: &mut Piece<'_, M>, kicks: &Kicks<'_, M>) -> f64 {
+    fn act(&self, phase: Phase, piece: &mut Piece<'_, M>, kicks: &Kicks<'_, M>, scale: f64) -> f64 {
         const INITIAL: usize = Phase::Initial as usize;
         const MOVED: usize = Phase::Moved as usize;
         const LAST: usize = Phase::Last as usize;
+        const MEASURED: usize = Phase::Measured as usize;
         match phase {
-            Phase::Initial => self.simd.vectorize(Apply::<M, I, F, INITIAL> { kernel: self, piece, kicks }),
-            Phase::Moved => self.simd.vectorize(Apply::<M, I, F, MOVED> { kernel: self, piece, kicks }),
+            Phase::Initial => self.simd.vectorize(Apply::<M, I, F, INITIAL> { kernel: self, piece, kicks, scale }),
+            Phase::Moved => self.simd.vectorize(Apply::<M, I, F, MOVED> { kernel: self, piece, kicks, scale }),
             Phase::Force => self.simd.vectorize(AddForces::<M, I, F> { kernel: self, piece, kicks }),
-            Phase::Last => self.simd.vectorize(Apply::<M, I, F, LAST> { kernel: self, piece, kicks }),
+            Phase::Last => self.simd.vectorize(Apply::<M, I, F, LAST> { kernel: self, piece, kicks, scale }),
+            Phase::Measured => self.simd.vectorize(Apply::<M, I, F, MEASURED> { kernel: self, piece, kicks, scale }),
         }
     }
 }
@@ -150,6 +159,7 @@ struct Apply<'a, 'b, M: Mode, I, F, const PHASE: usize> {
     kernel: &'a Kernel<I, F>,
     piece: &'a mut Piece<'b, M>,
     kicks: &'a Kicks<'a, M>,
+    scale: f64,
 }
 
 impl<M: Mode, I: Simd, F: FixStyle, const PHASE: usize> Work for Apply<'_, '_, M, I, F, PHASE> {
@@ -158,11 +168,12 @@ impl<M: Mode, I: Simd, F: FixStyle, const PHASE: usize> Work for Apply<'_, '_, M
     #[inline(always)]
     fn run(self) -> f64 {
         type Of<M, I> = <M as Mode>::StoreLanes<I>;
-        let Apply { kernel, piece, kicks } = self;
-        let moves = PHASE != Phase::Last as usize;
+        let Apply { kernel, piece, kicks, scale } = self;
+        let moves = PHASE != Phase::Last as usize && PHASE != Phase::Measured as usize;
         let lanes = Of::<M, I>::COUNT;
         let mut parameters = kernel.parameters::<Of<M, I>>();
         let dt = Of::<M, I>::splat(kicks.dt);
+        let scale = Of::<M, I>::constant(scale);
         let zero = Of::<M, I>::constant(0.0);
         let (mut most, mut poison) = (zero, zero);
         let mut k = 0;
@@ -175,7 +186,9 @@ impl<M: Mode, I: Simd, F: FixStyle, const PHASE: usize> Work for Apply<'_, '_, M
             if M::RELATIVE && kernel.coordinates {
                 relative_coordinates::<M, F, Of<M, I>>(&kernel.parameters, kicks, k, &mut parameters);
             }
-            let given = Given { choice: kernel.choice, parameters: &parameters[..kernel.parameters.len()] };
+            let progress = Of::<M, I>::constant(kicks.progress);
+            let parameters = &parameters[..kernel.parameters.len()];
+            let given = Given { choice: kernel.choice, parameters, progress, scale };
             let was = Motion {
                 x: lanes_at::<M::Store, Of<M, I>>([&piece.x[0][k..], &piece.x[1][k..], &piece.x[2][k..]]),
                 v: lanes_at::<M::Store, Of<M, I>>([&piece.v[0][k..], &piece.v[1][k..], &piece.v[2][k..]]),
@@ -186,6 +199,8 @@ impl<M: Mode, I: Simd, F: FixStyle, const PHASE: usize> Work for Apply<'_, '_, M
                 F::initial(&mut motion, &step, &given);
             } else if PHASE == Phase::Moved as usize {
                 F::moved(&mut motion, &step, &given);
+            } else if PHASE == Phase::Measured as usize {
+                F::measured(&mut motion, &given);
             } else {
                 F::last(&mut motion, &step, &given);
             }
@@ -257,7 +272,9 @@ impl<M: Mode, I: Simd, F: FixStyle> Work for AddForces<'_, '_, M, I, F> {
         type Of<M, I> = <M as Mode>::PairLanes<I>;
         let AddForces { kernel, piece, kicks } = self;
         let parameters = kernel.parameters::<Of<M, I>>();
-        let given = Given { choice: kernel.choice, parameters: &parameters[..kernel.parameters.len()] };
+        let (parameters, progress) = (&parameters[..kernel.parameters.len()], Of::<M, I>::constant(kicks.progress));
+        let given = Given { choice: kernel.choice, parameters, progress, scale: Of::<M, I>::constant(1.0) };
+        let dt = Of::<M, I>::constant(kicks.dt.double());
         let mut k = 0;
         while k < piece.kind.len() {
             let mass = match kicks.masses {
@@ -265,8 +282,14 @@ impl<M: Mode, I: Simd, F: FixStyle> Work for AddForces<'_, '_, M, I, F> {
                 masses => Of::<M, I>::lookup(masses, &piece.kind[k..]),
             };
             let was = lanes_at::<M::Force, Of<M, I>>([&piece.f[0][k..], &piece.f[1][k..], &piece.f[2][k..]]);
-            let mut f = was;
-            F::force(&mut f, mass, &given);
+            let v = lanes_at::<M::Store, Of<M, I>>([&piece.v[0][k..], &piece.v[1][k..], &piece.v[2][k..]]);
+            let noise = match F::NOISE {
+                Some(seed) => noise_at(kernel.parameters[seed] as u32, kicks, k),
+                None => [Of::<M, I>::constant(0.0); 3],
+            };
+            let mut push = Push { f: was, v, mass, dt, noise };
+            F::force(&mut push, &given);
+            let mut f = push.f;
             if let Some(members) = kernel.members::<M, Of<M, I>>(piece, k) {
                 for a in 0..3 {
                     f[a] = Of::<M, I>::select(members, f[a], was[a]);
@@ -281,107 +304,23 @@ impl<M: Mode, I: Simd, F: FixStyle> Work for AddForces<'_, '_, M, I, F> {
     }
 }
 
+/// Random numbers of the particles from `k` of a piece on.
+#[inline(always)]
+fn noise_at<M: Mode, L: Lanes>(seed: u32, kicks: &Kicks<'_, M>, k: usize) -> [L; 3] {
+    // The widest register holds 16 numbers.
+    let mut numbers = [[L::Element::default(); 16]; 3];
+    // Lanes that only fill up are of no particle.
+    for (l, id) in kicks.ids[(kicks.first + k).min(kicks.ids.len())..].iter().take(L::COUNT).enumerate() {
+        for (axis, number) in noise(seed, *id, kicks.step).into_iter().enumerate() {
+            numbers[axis][l] = L::Element::of(number);
+        }
+    }
+    [L::load(&numbers[0]), L::load(&numbers[1]), L::load(&numbers[2])]
+}
+
 /// Three coordinates of as many particles as there are lanes. (No closure: it might not be inlined, and then would be compiled
 /// without the instruction set.)
 #[inline(always)]
-fn lanes_at<E: Element, L: Lanes>(axes: [&[E]; 3]) -> [L; 3] {
+pub(super) fn lanes_at<E: Element, L: Lanes>(axes: [&[E]; 3]) -> [L; 3] {
     [E::lanes(axes[0]), E::lanes(axes[1]), E::lanes(axes[2])]
-}
-
-/// Sum of m v_a v_b in mass times velocity squared: xx, yy, zz, xy, xz, yz.
-pub fn kinetic_sums<M: Mode>(moving: &Moving<M>, masses: &[f64], isa: Isa) -> [f64; 6] {
-    let sum = |_: usize, (v, kinds): ([&[M::Store]; 3], &[u32])| {
-        with_simd(isa, OnLanes(KineticSums::<M::Store> { v, kinds, masses }))
-    };
-    let pieces = (moving.v.each_ref().map(|a| &a[..]), &moving.kind[..]);
-    let join = |a: [f64; 6], b: [f64; 6]| std::array::from_fn(|k| a[k] + b[k]);
-    parallel::each(pieces, PIECE, &sum, &join)
-}
-
-/// Largest squared displacement since the last build, length units squared; infinite where a position is no number.
-pub fn displacement<M: Mode>(moving: &Moving<M>, isa: Isa) -> f64 {
-    type Pair<'a, T> = ([&'a [T]; 3], [&'a [T]; 3]);
-    let largest =
-        |_: usize, (now, then): Pair<'_, M::Store>| with_simd(isa, OnLanes(Displacement::<M::Store> { now, then }));
-    let pieces = (moving.x.each_ref().map(|a| &a[..]), moving.built.each_ref().map(|a| &a[..]));
-    parallel::each(pieces, PIECE, &largest, &f64::max)
-}
-
-/// Work on f64 lanes of any instruction set; `run` is to be `#[inline(always)]`.
-trait DoubleWork {
-    type Output;
-    fn run<L: Lanes<Element = f64>>(self) -> Self::Output;
-}
-
-struct OnLanes<W>(W);
-
-impl<W: DoubleWork> SimdVisitor for OnLanes<W> {
-    type Output = W::Output;
-    fn visit<I: Simd>(self, simd: I) -> W::Output {
-        struct With<W, I>(W, std::marker::PhantomData<I>);
-        impl<W: DoubleWork, I: Simd> Work for With<W, I> {
-            type Output = W::Output;
-            #[inline(always)]
-            fn run(self) -> W::Output {
-                self.0.run::<I::F64>()
-            }
-        }
-        simd.vectorize(With(self.0, std::marker::PhantomData::<I>))
-    }
-}
-
-struct KineticSums<'a, E> {
-    v: [&'a [E]; 3],
-    kinds: &'a [u32],
-    masses: &'a [f64],
-}
-
-impl<E: Element> DoubleWork for KineticSums<'_, E> {
-    type Output = [f64; 6];
-    #[inline(always)]
-    fn run<L: Lanes<Element = f64>>(self) -> [f64; 6] {
-        let mut totals = [L::constant(0.0); 6];
-        let mut k = 0;
-        while k < self.kinds.len() {
-            let mass = match self.masses {
-                [mass] => L::splat(*mass),
-                masses => L::lookup(masses, &self.kinds[k..]),
-            };
-            let [x, y, z] = lanes_at::<E, L>([&self.v[0][k..], &self.v[1][k..], &self.v[2][k..]]);
-            for (total, product) in totals.iter_mut().zip([x * x, y * y, z * z, x * y, x * z, y * z]) {
-                *total = mass.mul_add(product, *total);
-            }
-            k += L::COUNT;
-        }
-        let [a, b, c, d, e, f] = totals;
-        let ([xx, yy, zz], [xy, xz, yz]) = (L::sums([a, b, c]), L::sums([d, e, f]));
-        [xx, yy, zz, xy, xz, yz]
-    }
-}
-
-struct Displacement<'a, E> {
-    now: [&'a [E]; 3],
-    then: [&'a [E]; 3],
-}
-
-impl<E: Element> DoubleWork for Displacement<'_, E> {
-    type Output = f64;
-    #[inline(always)]
-    fn run<L: Lanes<Element = f64>>(self) -> f64 {
-        let zero = L::constant(0.0);
-        let (mut most, mut poison) = (zero, zero);
-        let mut k = 0;
-        while k < self.now[0].len() {
-            let now = lanes_at::<E, L>([&self.now[0][k..], &self.now[1][k..], &self.now[2][k..]]);
-            let then = lanes_at::<E, L>([&self.then[0][k..], &self.then[1][k..], &self.then[2][k..]]);
-            let (x, y, z) = (now[0] - then[0], now[1] - then[1], now[2] - then[2]);
-            // In LAMMPS's order of operations: it is compared with half the skin.
-            let squared = x * x + y * y + z * z;
-            most = most.max(squared);
-            // A position that is no number calls for a build, which finds it.
-            poison = squared.mul_add(zero, poison);
-            k += L::COUNT;
-        }
-        if poison.sum() != 0.0 { f64::INFINITY } else { most.largest() }
-    }
 }

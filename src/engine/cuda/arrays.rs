@@ -73,6 +73,9 @@ pub fn arrays(shape: &Shape) -> Vec<Array> {
         (true, "block_sums", double, Blocks(SUMS as usize)),
         (true, "record_sums", double, RecordBlocks(SUMS as usize)),
         (true, "records", double, Records(SUMS as usize)),
+        // Of thermostats: what they keep, before and after a step in turns; kinetic energies of their groups, twice.
+        (shape.thermostats > 0, "baths", double, Values),
+        (shape.thermostats > 0, "group_sums", double, Blocks(shape.thermostats)),
         // Constants.
         (true, "visits", int4, Values),
         (true, "visit_starts", u32, Values),

@@ -82,11 +82,17 @@ pub fn compile(compiler: &Compiler, program: &Program, shape: &Shape, n: usize) 
         Ok(Launch { kernel, blocks, threads: block })
     };
     let lanes = u64::from(shape.lanes);
+    let mut advance = find("advance", BLOCK, lanes)?;
     let mut conclude = find("conclude", BLOCK, lanes)?;
     // As many as fit in any case, and not more where there happens to be room: sums do not show which kernel added them up.
     conclude.blocks = conclude.blocks.min(processors * shape.blocks_at_least);
+    if shape.thermostats > 0 {
+        // Either adds up kinetic energies of groups.
+        let blocks = advance.blocks.min(conclude.blocks);
+        (advance.blocks, conclude.blocks) = (blocks, blocks);
+    }
     Ok(Compiled {
-        advance: find("advance", BLOCK, lanes)?,
+        advance,
         sort: find("sort", BLOCK, 1)?,
         list: find("list", LIST_BLOCK, 32)?,
         conclude,

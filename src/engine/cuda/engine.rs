@@ -6,11 +6,13 @@ use std::time::Instant;
 
 use super::compiled::{Compiled, compile};
 use super::compiler::Compiler;
+use super::fixes::bath_numbers;
 use super::layout::*;
 use super::memory::{self, Memory, Sizes, Values};
 use super::plan::{Given, Plan, Tuning};
 use super::shape::Shape;
 use super::transfer::write_reals_at;
+use crate::dynamics::thermostat::Thermostat;
 use crate::engine::Precision;
 use crate::engine::backend::{StageSeconds, Stop};
 use crate::engine::fault::{Fault, FaultKind};
@@ -60,6 +62,7 @@ pub struct Engine {
     pub(super) summed: bool,
     /// Of the steps that the launches of the order under way have recorded.
     pub(super) recorded: Vec<Sums>,
+    pub(super) thermostats: Vec<Thermostat>,
     pub lost: usize,
     /// Times that arrays had to grow, or the grid to move.
     pub redone: u64,
@@ -103,6 +106,7 @@ impl Engine {
         });
         let compiled = compile(&compiler, &program, &plan.shape, particles.len())?;
         let sources = Sources { id: particles.id.clone(), kind: particles.kind.clone(), mask: particles.mask.clone() };
+        let thermostats = Thermostat::all(&program.fixes);
         let mut engine = Self {
             held_box: simulation_box.clone(),
             held_step: step,
@@ -123,6 +127,7 @@ impl Engine {
             tensor: false,
             summed: false,
             recorded: Vec::new(),
+            thermostats,
             lost: 0,
             redone: 0,
             long_runs: false,
@@ -150,6 +155,7 @@ impl Engine {
             types: plan.shape.types as u64,
             coefficients: plan.coefficients.len() as u64,
             codes: plan.images.len() as u64,
+            baths: 2 * bath_numbers(&self.program.fixes) as u64,
         };
         self.sizes = Sizes {
             pitch: memory::pitch(n),
@@ -212,6 +218,9 @@ impl Engine {
             wrapped.remove(&lost, &self.simulation_box);
             wrapped.store(&mut state);
             particles = Particles::load(&state);
+        }
+        if order.set_up != 0 {
+            self.set_up_thermostats(&particles);
         }
         let plan = self.plan_for(particles.bounds(), particles.len());
         if !self.take_over(plan)? {
@@ -325,8 +334,8 @@ impl Engine {
     pub fn go_on(&mut self, program: &Program, state: &State, step: i64) -> Result<(), String> {
         self.compiler.device.bind()?;
         let policy = Policy { skin: self.program.policy.skin, ..program.policy };
-        let (timestep, masses, lost) = (program.timestep, program.masses.clone(), program.lost);
-        self.program = Arc::new(Program { policy, timestep, masses, lost, ..Program::clone(&self.program) });
+        let (timestep, masses, lost, range) = (program.timestep, program.masses.clone(), program.lost, program.range);
+        self.program = Arc::new(Program { policy, timestep, masses, lost, range, ..Program::clone(&self.program) });
         self.control.step = step;
         self.summed = false;
         self.base = self.control.nanoseconds;
@@ -341,6 +350,7 @@ impl Engine {
         }
         let scene = &mut self.plan.scene;
         (scene.dt, scene.every, scene.delay) = (timestep, policy.every, policy.delay);
+        (scene.run_first, scene.run_steps) = (range.0, range.1 - range.0);
         self.plan.half_kicks = self.program.half_kicks();
         scene.half_kick = self.plan.half_kicks[0];
         self.write_constants()?;

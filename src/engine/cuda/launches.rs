@@ -146,6 +146,7 @@ impl Engine {
         }
         device.wait()?;
         self.control = control.read(0, 1)?[0];
+        self.read_baths()?;
         let sorted = self.control.trouble & (TROUBLE_POSITION | TROUBLE_LOST | TROUBLE_GRID) == 0;
         self.built |= sorted;
         if self.control.builds != before.builds || (sorted && before.begin == BEGIN_BUILD) {

@@ -196,6 +196,9 @@ layout! {
         pub fix_parameters: [f64; MOST_PARAMETERS_OF_ALL],
         pub dt: f64,
         pub half_kick: f64,
+        /// First step of the run and the steps to its end, for what changes with time.
+        pub run_first: i64,
+        pub run_steps: i64,
         /// Squared displacement that calls for a build, and that fixed-point coordinates stand.
         pub trigger: f64,
         pub range: f64,

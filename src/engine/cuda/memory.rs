@@ -33,6 +33,7 @@ pub struct Values {
     pub types: u64,
     pub coefficients: u64,
     pub codes: u64,
+    pub baths: u64,
 }
 
 /// All arrays, and their addresses in the order of the struct.
@@ -115,6 +116,7 @@ fn bytes(array: &Array, sizes: &Sizes) -> u64 {
         (Count::Values, "limits") => sizes.values.types.pow(2),
         (Count::Values, "coefficients") => sizes.values.coefficients,
         (Count::Values, "masses" | "half_kicks") => sizes.values.types,
+        (Count::Values, "baths") => sizes.values.baths,
         (Count::Values, _) => sizes.values.codes,
     };
     count * array.entry.1 as u64

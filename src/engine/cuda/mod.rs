@@ -10,6 +10,7 @@ mod compiler;
 mod device;
 mod engine;
 mod explain;
+mod fixes;
 pub mod inspect;
 mod launches;
 mod layout;
@@ -20,6 +21,7 @@ pub mod ptx;
 mod recording;
 mod shape;
 mod source;
+mod thermostats;
 mod transfer;
 
 use std::rc::Rc;
@@ -164,6 +166,10 @@ impl Backend for CudaBackend {
 
     fn sums(&mut self) -> Result<Sums, Error> {
         self.engine_mut().sums().map_err(Error::Unavailable)
+    }
+
+    fn memories(&self) -> Vec<Vec<f64>> {
+        self.engine().memories()
     }
 
     fn simulation_box(&self) -> &SimulationBox {

@@ -218,6 +218,8 @@ impl Plan {
             storage_inverse: std::array::from_fn(|a| f64::from(storage_bins[a]) / lengths[a]),
             fix_parameters,
             dt: program.timestep,
+            run_first: program.range.0,
+            run_steps: program.range.1 - program.range.0,
             half_kick: half_kicks[0],
             trigger: program.policy.trigger() * slack,
             range: radius * radius,

@@ -30,6 +30,9 @@ fn is_worth_compiling(count: u64, seconds_per_step: f64) -> bool {
 impl Engine {
     /// Compiles what records outputs, where that is worth while as far as is known by now.
     pub fn expect_outputs(&mut self, (stride, count): (u64, u64), needs: Needs) -> Result<(), String> {
+        if !self.thermostats.is_empty() {
+            return Ok(());
+        }
         let slow = self.seconds_per_step > 0.0 && self.steps_in_launch() < 2 * stride;
         if slow || !is_worth_compiling(count, self.seconds_per_step) {
             return Ok(());
@@ -49,7 +52,11 @@ impl Engine {
     ) -> Result<Reached, Stop> {
         let outputs = outputs_of_launch(self.steps_in_launch(), stride, count);
         self.ask(needs);
-        if outputs < 2 || !(self.can_record(self.tensor) || is_worth_compiling(count, self.seconds_per_step)) {
+        // What thermostats keep is not recorded.
+        if outputs < 2
+            || !self.thermostats.is_empty()
+            || !(self.can_record(self.tensor) || is_worth_compiling(count, self.seconds_per_step))
+        {
             return self.advance(stride, needs, stop);
         }
         self.prepare_recording(self.tensor)?;
@@ -117,6 +124,7 @@ impl Engine {
             kinetic: std::array::from_fn(|k| kinetic[k]),
             potential: 0.5 * plan.energy * pairs[0],
             virial: std::array::from_fn(virial),
+            bath: self.bath(),
         }
     }
 }

@@ -50,6 +50,10 @@ pub struct Shape {
     pub coordinates: bool,
     /// Some fix acts on forces.
     pub forces: bool,
+    /// Some fix has random numbers, or wants to know velocities for the force.
+    pub noise: bool,
+    /// Fixes that scale velocities by what the kinetic energy of their group is.
+    pub thermostats: usize,
     pub lanes: u32,
     /// Particles of an octant that a warp lists together, and warps that share an octant.
     pub group: u32,
@@ -92,6 +96,8 @@ impl Shape {
             groups: program.fixes.iter().any(|fix| fix.group != GROUP_ALL),
             coordinates: precision == Precision::Single && program.fixes.iter().any(has_coordinates),
             forces: program.fixes.iter().any(|fix| fix.acts(Phase::Force)),
+            thermostats: program.fixes.iter().filter(|fix| fix.acts(Phase::Measured)).count(),
+            noise: program.fixes.iter().any(Fix::has_noise),
             lanes: 1,
             group: 32,
             slices: 1,

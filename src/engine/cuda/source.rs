@@ -1,9 +1,9 @@
 //! The CUDA C of a scene: generated types, constants and formulas, then the stages from `kernels/`.
 
 use super::arrays;
+use super::fixes::{bath_numbers, fix_formulas};
 use super::layout::{Control, Limit, Order, Scene, numbers_text};
 use super::shape::Shape;
-use crate::dynamics::{Fix, FixStyle, FixVisitor, Given, INWARD, Motion, Phase, Step, with_fix};
 use crate::engine::Program;
 use crate::neighbor::OCTANTS;
 use crate::neighbor::axis::{in_cells, locate, middle};
@@ -12,13 +12,13 @@ use crate::neighbor::ties::{TieBox, hold, is_tied, tied_squared_distance};
 use crate::pair::truncation::{Cut, Shifted, Truncation};
 use crate::pair::{PairStyle, PairTable, StyleVisitor, with_style};
 use crate::real::{Arithmetic, Expr, Recording};
-use crate::system::GROUP_ALL;
 use crate::system::simulation_box::wrap_once;
 
 /// A file of `kernels/`: its name and its text.
 type Stage = (&'static str, &'static str);
 
 const GRID: Stage = ("kernels/grid.cuh", include_str!("../../../kernels/grid.cuh"));
+const THERMOSTATS: Stage = ("kernels/thermostats.cuh", include_str!("../../../kernels/thermostats.cuh"));
 const SUMS: Stage = ("kernels/sums.cuh", include_str!("../../../kernels/sums.cuh"));
 const MOTION: Stage = ("kernels/motion.cuh", include_str!("../../../kernels/motion.cuh"));
 const CELLS: Stage = ("kernels/cells.cuh", include_str!("../../../kernels/cells.cuh"));
@@ -100,7 +100,7 @@ pub fn recording_unit(program: &Program, shape: &Shape, tensor: bool) -> Unit {
 }
 
 fn unit(kernels: &'static [&'static str], common: &str, stages: &[Stage]) -> Unit {
-    let stages = [GRID, SUMS, MOTION].into_iter().chain(stages.iter().copied());
+    let stages = [GRID, SUMS, THERMOSTATS, MOTION].into_iter().chain(stages.iter().copied());
     let stages: String = stages.map(|(name, stage)| format!("#line 1 \"{name}\"\n{stage}")).collect();
     Unit { kernels, text: format!("{common}{stages}") }
 }
@@ -167,8 +167,12 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("GROUPS", shape.groups),
         ("COORDINATES", shape.coordinates),
         ("FORCES", shape.forces),
+        ("NOISE", shape.noise),
     ];
     let mut text: String = values.iter().map(|(name, value)| format!("#define {name} {value}\n")).collect();
+    if shape.thermostats > 0 {
+        text += &format!("#define THERMOSTATS {}\n#define BATHS {}\n", shape.thermostats, bath_numbers(&program.fixes));
+    }
     text += &switches.iter().filter(|s| s.1).map(|(name, _)| format!("#define {name}\n")).collect::<String>();
     text
 }
@@ -205,80 +209,6 @@ fn pair_formulas(table: &PairTable, shape: &Shape) -> String {
     }
     let arithmetic = if shape.double_pairs { Arithmetic::F64 } else { Arithmetic::F32 };
     with_style(table.style, Trace(table, arithmetic)).expect("the scene names a registered pair style")
-}
-
-/// `fixes_initial`, `fixes_force` and `fixes_last`: all fixes of the scene, one after the other. What is done to positions that
-/// have moved belongs to the first.
-fn fix_formulas(fixes: &[Fix], shape: &Shape) -> String {
-    let store = if shape.double_store { Arithmetic::F64 } else { Arithmetic::F32 };
-    let real = if shape.double_pairs { Arithmetic::F64 } else { Arithmetic::F32 };
-    let moving = "store x[3], store v[3], const store f[3], store dt, store half_kick, u32 mask";
-    let functions: [(&str, String, &[Phase], Arithmetic); 3] = [
-        ("fixes_initial", format!("{moving}, const double* origin"), &[Phase::Initial, Phase::Moved], store),
-        ("fixes_force", "real f[3], real mass, u32 mask".into(), &[Phase::Force], real),
-        ("fixes_last", moving.into(), &[Phase::Last], store),
-    ];
-    let mut text = String::new();
-    for (name, arguments, phases, arithmetic) in functions {
-        text += &format!("__device__ __forceinline__ void {name}({arguments}, const Scene& s) {{\n");
-        for phase in phases {
-            let mut first = 0;
-            for fix in fixes {
-                if fix.acts(*phase) {
-                    let relative = !shape.double_store;
-                    let trace = TraceFix { fix, first, phase: *phase, arithmetic, relative };
-                    let body = with_fix(fix.style, trace).expect("the fix is registered");
-                    let condition =
-                        if fix.group == GROUP_ALL { String::new() } else { format!("if (mask & {}u) ", fix.group) };
-                    text += &format!("    {condition}{{ // fix {}\n{body}    }}\n", fix.style);
-                }
-                first += fix.parameters.len();
-            }
-        }
-        text += "}\n";
-    }
-    text
-}
-
-/// One phase of a fix as CUDA C.
-struct TraceFix<'a> {
-    fix: &'a Fix,
-    /// Its first parameter among those of all fixes.
-    first: usize,
-    phase: Phase,
-    arithmetic: Arithmetic,
-    /// Positions are displacements from `origin`.
-    relative: bool,
-}
-
-impl FixVisitor for TraceFix<'_> {
-    type Output = String;
-    fn visit<F: FixStyle>(self) -> String {
-        let Self { fix, first, phase, arithmetic, relative } = self;
-        let tape = Recording::start();
-        let three = |name: &str| std::array::from_fn(|a| tape.input(format!("{name}[{a}]")));
-        let mut motion = Motion { x: three("x"), v: three("v"), f: three("f") };
-        let step = Step { dt: tape.input("dt"), half_kick: tape.input("half_kick") };
-        let kind = if phase == Phase::Force { "real" } else { "store" };
-        let number = |k| {
-            let value = format!("s.fix_parameters[{}]", first + k);
-            tape.input(match F::coordinate(k) {
-                Some(axis) if relative => format!("({kind})(({value} - origin[{axis}]) * {INWARD:e})"),
-                _ => format!("({kind}){value}"),
-            })
-        };
-        let parameters: Vec<Expr> = (0..fix.parameters.len()).map(number).collect();
-        let given = Given { choice: fix.choice, parameters: &parameters };
-        match phase {
-            Phase::Initial => F::initial(&mut motion, &step, &given),
-            Phase::Moved => F::moved(&mut motion, &step, &given),
-            Phase::Force => F::force(&mut motion.f, tape.input("mass"), &given),
-            Phase::Last => F::last(&mut motion, &step, &given),
-        }
-        let names = ["x[0]", "x[1]", "x[2]", "v[0]", "v[1]", "v[2]", "f[0]", "f[1]", "f[2]"];
-        let values = motion.x.into_iter().chain(motion.v).chain(motion.f);
-        tape.print(&names.into_iter().zip(values).collect::<Vec<_>>(), arithmetic, "t")
-    }
 }
 
 /// Rules of cells and distances that host and device must round alike.

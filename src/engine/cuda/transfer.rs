@@ -31,6 +31,7 @@ impl Engine {
                 buffer.write(0, values)?;
             }
         }
+        self.write_baths()?;
         self.memory.find("shifts").map_or(Ok(()), |buffer| buffer.write(0, shifts))
     }
 

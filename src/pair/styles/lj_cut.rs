@@ -55,4 +55,8 @@ impl PairStyle for Style {
             energy: s3 * p.energy12.mul_add(s3, -p.energy6),
         }
     }
+
+    fn tail(p: &Params<f64>, cutoff: f64) -> Option<f64> {
+        Some(p.energy12 / (9.0 * cutoff.powi(9)) - p.energy6 / (3.0 * cutoff.powi(3)))
+    }
 }

@@ -41,6 +41,8 @@ impl PairCoeffCommand {
 pub struct PairModifyCommand {
     /// Energies are shifted to 0 at the cutoff.
     pub shift: Option<bool>,
+    /// Energy and pressure hold what lies beyond the cutoff.
+    pub tail: Option<bool>,
     pub mixing: Option<Mixing>,
 }
 
@@ -49,17 +51,16 @@ impl PairModifyCommand {
         let mut command = Self::default();
         loop {
             let word = args.position();
-            match args.text("shift or mix")? {
+            match args.text("shift, tail or mix")? {
                 "shift" => command.shift = Some(args.yes_no("a value for 'shift'")?),
                 "mix" => command.mixing = Some(Mixing::ALL[args.choice("a mixing rule", &Mixing::NAMES)?]),
-                // Without a tail correction nothing is lacking.
-                "tail" if args.peek() == Some("no") => drop(args.yes_no("whether to correct")?),
-                name @ ("tail" | "table" | "table/disp" | "tabinner" | "tabinner/disp" | "compute" | "nofdotr"
-                | "special" | "pair") => {
-                    let message = format!("pair_modify {name} is not part of octant; available: shift, mix");
+                "tail" => command.tail = Some(args.yes_no("a value for 'tail'")?),
+                name @ ("table" | "table/disp" | "tabinner" | "tabinner/disp" | "compute" | "nofdotr" | "special"
+                | "pair") => {
+                    let message = format!("pair_modify {name} is not part of octant; available: shift, tail, mix");
                     return Err(Complaint::new(word, message));
                 }
-                other => return Err(Complaint::new(word, format!("expected shift or mix, got '{other}'"))),
+                other => return Err(Complaint::new(word, format!("expected shift, tail or mix, got '{other}'"))),
             }
             if args.left() == 0 {
                 return Ok(command);
