@@ -74,6 +74,10 @@ __device__ __forceinline__ bool add_pair(const Arrays& a, const Scene& s, const 
     }
     if (ADDS != NOTHING) {
         sums[0] += in ? energy : (real)0;
+#ifdef FIXED
+        // In squares of a quantum a virial is no f32 where the force still is one.
+        force *= (real)s.work_unit;
+#endif
         sums[1] = fma(force, squared, sums[1]);
     }
     if (ADDS == ALL) {

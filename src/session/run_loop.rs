@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use super::environment::InsideRun;
 use super::run::{LAST_STEP, RunError, STOP, stop};
 use super::{Live, ScriptState};
+use crate::Error;
 use crate::engine::{Needs, Program, Reached, Record, Snapshot, Sums};
 use crate::output::{Progress, Quantities, SceneFacts, ThermoSchedule};
 use crate::script::Complaint;
@@ -216,6 +217,10 @@ impl<'r, 'l> RunLoop<'r, 'l> {
     fn show(&mut self, space: &SimulationBox, thermo_due: bool, dump_due: &[bool]) -> Result<(), RunError> {
         self.script.scene.space = Some(space.clone());
         self.script.scene.step = self.now;
+        if let Some(name) = self.sums.broken().filter(|_| thermo_due) {
+            let what = format!("step {}: the {name} is beyond the range of numbers", self.now);
+            return Err(RunError::Error(Error::Fault(what)));
+        }
         let state = std::mem::take(&mut self.script.scene.state);
         let snapshot = Snapshot {
             step: self.now,

@@ -39,8 +39,11 @@ fn liquid() -> &'static (State, SimulationBox) {
 /// left over.
 fn slope(series: &[f64]) -> (f64, f64) {
     const BLOCKS: usize = 20;
-    let means: Vec<f64> =
-        series.chunks_exact(series.len() / BLOCKS).take(BLOCKS).map(|b| b.iter().sum::<f64>() / b.len() as f64).collect();
+    let means: Vec<f64> = series
+        .chunks_exact(series.len() / BLOCKS)
+        .take(BLOCKS)
+        .map(|b| b.iter().sum::<f64>() / b.len() as f64)
+        .collect();
     let (n, mean) = (means.len() as f64, means.iter().sum::<f64>() / means.len() as f64);
     let at = |k: usize| k as f64 - (n - 1.0) / 2.0;
     let square: f64 = (0..means.len()).map(|k| at(k).powi(2)).sum();
@@ -69,7 +72,8 @@ fn energy_and_momentum_of_a_liquid() {
         let time = TIMESTEP * steps as f64;
         let (drift, error) = slope(&series);
         let (drift, error) = (drift / time, error / time);
-        let case = Case::new(SECTION, "drift of the energy per atom and time unit, 108 atoms of a force-shifted liquid");
+        let case =
+            Case::new(SECTION, "drift of the energy per atom and time unit, 108 atoms of a force-shifted liquid");
         let allowed = match variant.precision {
             Precision::Double => 1e-8,
             Precision::Mixed => 1e-7,

@@ -79,15 +79,30 @@ fn rms(vectors: &[Vec3]) -> f64 {
     (vectors.iter().map(Vec3::norm_squared).sum::<f64>() / vectors.len().max(1) as f64).sqrt()
 }
 
-/// Forces and energy in f64 from all pairs within the cutoff, over all periodic images, a particle's own among them.
-fn by_definition(pair: &PairTable, state: &State, space: &SimulationBox) -> (Vec<Vec3>, f64) {
+/// Forces, energy, and the size of what forces are sums of: the RMS over particles of the root of the sum of squares of a
+/// particle's pair forces, which is the RMS force of a liquid and no zero in a crystal.
+struct Exact {
+    f: Vec<Vec3>,
+    energy: f64,
+    size: f64,
+}
+
+impl Exact {
+    /// Error of the worst atom, over the size.
+    fn worst(&self, f: &[Vec3]) -> f64 {
+        f.iter().zip(&self.f).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max) / self.size.max(f64::MIN_POSITIVE)
+    }
+}
+
+/// By definition: in f64 from all pairs within the cutoff, over all periodic images, a particle's own among them.
+fn by_definition(pair: &PairTable, state: &State, space: &SimulationBox) -> Exact {
     let (most, lengths) = (pair.largest_cutoff(), space.lengths());
     let further = [0, 1, 2].map(|axis| match most / lengths[axis] {
         _ if !space.periodic(axis) => 0,
         within if within <= 0.5 => 0,
         within => (within + 0.5).ceil() as i32,
     });
-    let (mut f, mut energy) = (vec![Vec3::zeros(); state.len()], 0.0);
+    let (mut f, mut energy, mut squares) = (vec![Vec3::zeros(); state.len()], 0.0, 0.0);
     for i in 0..state.len() {
         for j in 0..state.len() {
             let mut d = state.x[i] - state.x[j];
@@ -101,11 +116,12 @@ fn by_definition(pair: &PairTable, state: &State, space: &SimulationBox) -> (Vec
                     let value = pair.evaluate(kinds[0], kinds[1], d.norm()).unwrap();
                     f[i] += d * value.force_over_r;
                     energy += 0.5 * value.energy;
+                    squares += (d * value.force_over_r).norm_squared();
                 }
             }
         }
     }
-    (f, energy)
+    Exact { f, energy, size: (squares / state.len().max(1) as f64).sqrt() }
 }
 
 fn images(further: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
