@@ -78,7 +78,8 @@ fn steps_as_long_as_a_box_between_walls() {
         let mut program = smooth(1.0);
         program.fixes.push(walls(&space));
         let mut state = State::default();
-        state.push(1, 1, Vec3::new(1.0, 2.0, 3.0));
+        // No whole number of steps from a wall.
+        state.push(1, 1, Vec3::new(1.0, 2.0, 3.0) + Vec3::repeat(1.0 / 7.0));
         state.v[0] = 10.0 * part * Vec3::new(1.0, -0.9, 0.8);
         each(|variant| {
             let mut backend = started(variant, &program, &state, &space);
