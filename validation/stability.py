@@ -32,6 +32,7 @@ _TITLES = {
     "extreme geometry": "Extreme geometry",
     "overflow": "Overflow",
     "conservation": "Conservation and symmetry",
+    "external truth": "External truth",
 }
 
 
@@ -75,11 +76,11 @@ ELSEWHERE = (
               "random_forces_know_neither_threads_nor_the_order_of_atoms"),
     Elsewhere("Determinism", "repeated runs on a GPU, the same bits", "cuda_repeat",
               "a_run_repeats_in_every_bit_with_and_without_an_inner_list"),
-    Elsewhere("Truth", "a cutoff with its tail correction is a longer cutoff", "tail",
+    Elsewhere("External truth", "a cutoff with its tail correction is a longer cutoff", "tail",
               "a_liquid_cut_short_with_its_tail_is_one_cut_later"),
-    Elsewhere("Truth", "fix langevin: temperature and Maxwell's velocities", "thermostats",
+    Elsewhere("External truth", "fix langevin: temperature and Maxwell's velocities", "thermostats",
               "langevin_brings_free_particles_to_their_temperature_and_to_maxwells_velocities"),
-    Elsewhere("Truth", "fix nvt: its equations of motion", "thermostats", "a_chain_follows_its_equations_of_motion"),
+    Elsewhere("External truth", "fix nvt: its equations of motion", "thermostats", "a_chain_follows_its_equations_of_motion"),
 )  # fmt: skip
 
 HOLDS, FAILS, NOT_RUN = "holds", "**fails**", "not run: no GPU"

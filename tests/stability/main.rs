@@ -13,6 +13,7 @@ mod overflow;
 mod rows;
 mod stiff;
 mod symmetry;
+mod truth;
 
 use std::sync::atomic::AtomicBool;
 
