@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,17 @@ from validation.octant_runner import ROOT
 
 PAGE = ROOT / "validation" / "stability.md"
 
-_HEADERS = ("case", "backend", "precision", "checks", "nearest to its bound", "value", "bound", "verdict", "where the bound comes from")
+_HEADERS = (
+    "case",
+    "backend",
+    "precision",
+    "checks",
+    "nearest to its bound",
+    "value",
+    "bound",
+    "verdict",
+    "where the bound comes from",
+)
 
 _TITLES = {
     "stiff": "Stiff",
@@ -104,7 +114,8 @@ class Line:
 
 def read_rows(paths: Iterable[Path]) -> list[dict[str, Any]]:
     """Checks as the suite has written them, in the order of the files."""
-    return [json.loads(line) for path in paths for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+    text = "\n".join(path.read_text(encoding="utf-8") for path in paths)
+    return [json.loads(line) for line in text.splitlines() if line.strip()]
 
 
 def lines_of(rows: Iterable[dict[str, Any]]) -> list[Line]:
@@ -116,7 +127,7 @@ def lines_of(rows: Iterable[dict[str, Any]]) -> list[Line]:
         before = lines.get(key)
         checks = before.checks + 1 if before else 1
         worst = line if before is None or _badness(line) > _badness(before) else before
-        lines[key] = Line(*key, checks, *[getattr(worst, name) for name in ("measured", "value", "bound", "holds", "reason")])
+        lines[key] = replace(worst, checks=checks)
     order = list(_TITLES)
     return sorted(lines.values(), key=lambda line: (order.index(line.section), line.case, line.backend, line.precision))
 
@@ -127,22 +138,22 @@ def _badness(line: Line) -> tuple[bool, float]:
 
 def page(lines: Sequence[Line], elsewhere: Sequence[tuple[Elsewhere, str]], form: str) -> str:
     """The page as Markdown."""
-    failed = [line.case for line in lines if not line.holds] + [one.case for one, verdict in elsewhere if verdict == FAILS]
-    count = sum(line.checks for line in lines)
+    failed = {line.case for line in lines if not line.holds} | {one.case for one, verdict in elsewhere if verdict == FAILS}
+    count, cases = sum(line.checks for line in lines), len({line.case for line in lines})
     text = [
         "# Stability: stiff, extreme, overflowing and long scenes",
         "",
-        f"{count} checks of {len({line.case for line in lines})} cases ({form}) by `make stability`, {report.machine()}, commit {report.commit()}. "
-        + (f"**{len(set(failed))} cases fail.**" if failed else "All hold."),
+        f"{count} checks of {cases} cases ({form}) by `make stability`, {report.machine()}, commit {report.commit()}. "
+        + (f"**{len(failed)} cases fail.**" if failed else "All hold."),
         "",
-        "Each line is a case on one backend in one precision, on every instruction set there is, with the check that came nearest to its "
-        "bound. A check that begins with *not* counts how often something did not hold.",
+        "Each line is a case on one backend in one precision, on every instruction set there is, with the check that came nearest "
+        "to its bound. A check that begins with *not* is 1 where something did not hold.",
         "",
     ]
     for section, title in _TITLES.items():
         body = [
-            (line.case, line.backend, line.precision, str(line.checks), line.measured, f"{line.value:.2g}", f"{line.bound:.2g}",
-             HOLDS if line.holds else FAILS, line.reason)
+            (line.case, line.backend, line.precision, str(line.checks), line.measured, f"{line.value:.2g}",
+             f"{line.bound:.2g}", HOLDS if line.holds else FAILS, line.reason)
             for line in lines if line.section == section
         ]  # fmt: skip
         text += [f"## {title}", "", *table(_HEADERS, body)] if body else []
@@ -202,14 +213,14 @@ def judge(output: str) -> list[tuple[Elsewhere, str]]:
 def main() -> int:
     """Parses the command line, runs, writes the page."""
     parser = argparse.ArgumentParser(prog="python -m validation.stability", description=__doc__)
-    parser.add_argument("--rows", type=Path, nargs="+", metavar="FILE", help="checks of runs that are over; nothing is run")
-    parser.add_argument("--keep", type=Path, metavar="FILE", help="where the checks of this run go")
-    parser.add_argument("--page", type=Path, default=PAGE, metavar="FILE", help="where the page goes (validation/stability.md)")
+    files = {"type": Path, "metavar": "FILE"}
+    parser.add_argument("--rows", nargs="+", help="checks of runs that are over: the suite is not run", **files)
+    parser.add_argument("--keep", help="where the checks of this run go", **files)
+    parser.add_argument("--page", default=PAGE, help="where the page goes (validation/stability.md)", **files)
     parser.add_argument("--short", action="store_true", help="the form that `make test` runs")
     parser.add_argument("--cargo", default="--release", metavar="FLAGS", help="flags of `cargo test` (--release)")
     arguments = parser.parse_args()
     form = "short" if arguments.short else "full"
-    elsewhere: list[tuple[Elsewhere, str]] = []
     if arguments.rows:
         rows = read_rows(arguments.rows)
     else:
@@ -218,14 +229,15 @@ def main() -> int:
             path.unlink(missing_ok=True)
             run_suite(arguments.cargo.split(), path, form)
             rows = read_rows([path])
-        elsewhere = run_elsewhere(arguments.cargo.split())
     if not rows:
         sys.exit("the suite has checked nothing")
+    elsewhere = run_elsewhere(arguments.cargo.split())
     lines = lines_of(rows)
     arguments.page.write_text(page(lines, elsewhere, f"{form} form"), encoding="utf-8")
     failed = [line for line in lines if not line.holds]
     for line in failed:
-        print(f"{line.case}, {line.backend} {line.precision}: {line.measured} {line.value:.3g}, at most {line.bound:.3g}")
+        found = f"{line.measured} {line.value:.3g}, at most {line.bound:.3g}"
+        print(f"{line.case}, {line.backend} {line.precision}: {found}")
     broken = [one for one, verdict in elsewhere if verdict == FAILS]
     for one in broken:
         print(f"{one.case}: tests/{one.suite}.rs, {one.test} fails")

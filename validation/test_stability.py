@@ -11,13 +11,22 @@ from validation import stability
 
 def _row(value: object, bound: float, *, holds: bool, variant: str = "avx2", case: str = "a box") -> dict[str, Any]:
     return {
-        "section": "stiff", "case": case, "backend": "cpu", "precision": "mixed", "variant": variant, "measured": f"error of {variant}",
-        "value": value, "bound": bound, "holds": holds, "reason": "rounding",
-    }  # fmt: skip
+        "section": "stiff",
+        "case": case,
+        "backend": "cpu",
+        "precision": "mixed",
+        "variant": variant,
+        "measured": f"error of {variant}",
+        "value": value,
+        "bound": bound,
+        "holds": holds,
+        "reason": "rounding",
+    }
 
 
 def test_a_line_shows_the_check_nearest_to_its_bound() -> None:
-    (line,) = stability.lines_of([_row(1.0, 4.0, holds=True), _row(3.0, 4.0, holds=True, variant="avx512"), _row(0.0, 0.0, holds=True)])
+    rows = [_row(1.0, 4.0, holds=True), _row(3.0, 4.0, holds=True, variant="avx512"), _row(0.0, 0.0, holds=True)]
+    (line,) = stability.lines_of(rows)
     assert (line.checks, line.measured, line.value) == (3, "error of avx512", 3.0)
 
 
@@ -32,7 +41,7 @@ def test_a_check_that_fails_is_never_behind_one_that_holds() -> None:
 def test_a_test_that_is_not_there_fails() -> None:
     named = [one for one in stability.ELSEWHERE if one.suite == "precision"]
     verdicts = dict(stability.judge(f"test {named[0].test} ... ok\ntest {named[1].test} ... FAILED\n"))
-    assert (verdicts[named[0]], verdicts[named[1]], verdicts[named[2]]) == (stability.HOLDS, stability.FAILS, stability.FAILS)
+    assert [verdicts[one] for one in named[:3]] == [stability.HOLDS, stability.FAILS, stability.FAILS]
     repeated = next(one for one in stability.ELSEWHERE if one.suite == "cuda_repeat")
     assert verdicts[repeated] == stability.NOT_RUN
 
