@@ -19,7 +19,7 @@ export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 FLAGS := --release
 
 .DEFAULT_GOAL := help
-.PHONY: help run build test test-rust test-minimal test-python lint validate bench bench-quick bench-gpu paper gpu-bundle gpu-peers fuzz clean check-tools
+.PHONY: help run build test test-rust test-minimal test-python lint validate bench bench-quick bench-gpu paper stability gpu-bundle gpu-peers fuzz clean check-tools
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1|\2/' | column -t -s '|' 2>/dev/null \
@@ -64,6 +64,9 @@ bench-gpu: build $(VENV)/.bench-gpu ## octant bench of every size beside OpenMM 
 paper: build ## experiments of the paper behind the octant search, on the GPU where there is one; tables, figures and verdict in output/paper/
 	$(TARGET)/release/octant paper --out output/paper
 	$(VENV)/bin/python -m validation.paper output/paper
+
+stability: build ## stiff, extreme, overflowing and long scenes (1e6 steps) on every backend and precision; validation/stability.md
+	$(VENV)/bin/python -m validation.stability
 
 gpu-peers: $(VENV)/.ready ## OpenMM's wheels for a GPU machine without network (Python 3.12): bundle/gpu-peers/, to lie beside the bundle
 	$(PIP) download --quiet --no-deps --only-binary=:all: --python-version 3.12 --implementation cp \

@@ -9,7 +9,7 @@ enum Adds {
 
 // Adds one pair to the sums of a row; returns whether it is near enough for the inner list.
 template <Adds ADDS>
-__device__ __forceinline__ bool add_pair(const Arrays& a, const Scene& s, const Slot& own, Slot q, u32 code, bool there, real unit_squared, const real* one, real f[3], real sums[TOTALS]) {
+__device__ __forceinline__ bool add_pair(const Arrays& a, const Scene& s, const Slot& own, Slot q, u32 code, bool there, real unit_squared, real work_unit, const real* one, real f[3], real sums[TOTALS]) {
     real d[3];
 #ifdef FIXED
 #ifdef IMAGES
@@ -74,6 +74,10 @@ __device__ __forceinline__ bool add_pair(const Arrays& a, const Scene& s, const 
     }
     if (ADDS != NOTHING) {
         sums[0] += in ? energy : (real)0;
+#ifdef FIXED
+        // In squares of a quantum a virial is no f32 where the force still is one.
+        force *= work_unit;
+#endif
         sums[1] = fma(force, squared, sums[1]);
     }
     if (ADDS == ALL) {
@@ -113,6 +117,10 @@ template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_force
     real one[NUMBERS];
     for (u32 k = 0; k < NUMBERS; k++) one[k] = TYPES > 1 ? (real)0 : a.coefficients[k];
     const real unit_squared = pinned((real)s.unit_squared), force_unit = pinned((real)s.force_unit);
+    real work_unit = 1;
+#ifdef FIXED
+    if (ADDS != NOTHING) work_unit = pinned((real)s.work_unit);
+#endif
     const Pace pace = pace_of(s);
     const Slot* slots = slots_of(a, s, r.step);
     Slot* next = slots_of(a, s, r.step + 1);
@@ -160,7 +168,7 @@ template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_force
                 }
 #pragma unroll
                 for (u32 m = 0; m < BATCH; m++) {
-                    const bool near = add_pair<ADDS>(a, s, own, q[m], code[m], first + batch + m < count, unit_squared, one, f, sums);
+                    const bool near = add_pair<ADDS>(a, s, own, q[m], code[m], first + batch + m < count, unit_squared, work_unit, one, f, sums);
 #ifdef INNER
                     if (FROM == PRUNE) keep(kept, stored_of(words, batch + m), near);
 #endif

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::precision::Precision;
 use crate::system::{SimulationBox, State, Vec3};
 
 /// What went wrong.
@@ -40,6 +41,36 @@ pub struct GoodState {
     pub step: i64,
     pub state: State,
     pub simulation_box: SimulationBox,
+}
+
+impl Fault {
+    /// What helps, for a run in this precision; `None` where nothing is known to.
+    pub fn advice(&self, precision: Precision) -> Option<String> {
+        let (_, distance) = self.nearest?;
+        // Nearer than their coordinates can tell, to a few roundings.
+        let same_point = distance <= 4.0 * f64::EPSILON * self.position.amax();
+        match self.kind {
+            FaultKind::Force if same_point => {
+                Some("atoms in one point have no direction in which to part: move or remove all but one of them".into())
+            }
+            FaultKind::Force if precision != Precision::Double => Some(format!(
+                "pairs this close have forces beyond the range of f32, in which {} precision computes them: --precision double \
+                 holds these, and `fix nve/limit` takes overlapping atoms apart; those that met on the way met in too large a \
+                 timestep",
+                precision.name()
+            )),
+            FaultKind::Force => {
+                Some("pairs this close have forces beyond any number: move or remove all but one of these atoms".into())
+            }
+            // Thrown out by a neighbor, or by itself.
+            FaultKind::Position | FaultKind::Lost if self.before.is_some() => Some(
+                "it went farther than any list can follow: `fix nve/limit` takes overlapping atoms apart, a smaller timestep \
+                 follows fast ones"
+                    .into(),
+            ),
+            FaultKind::Position | FaultKind::Lost => None,
+        }
+    }
 }
 
 impl fmt::Display for Fault {

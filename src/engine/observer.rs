@@ -50,6 +50,18 @@ pub struct Sums {
     pub bath: f64,
 }
 
+impl Sums {
+    /// What of them is infinite or not a number; what was not asked for is left out of account as long as it is a number.
+    pub fn broken(&self) -> Option<&'static str> {
+        let named = [
+            ("kinetic energy", &self.kinetic[..]),
+            ("potential energy", std::slice::from_ref(&self.potential)),
+            ("virial", &self.virial),
+        ];
+        named.into_iter().find(|(_, numbers)| numbers.iter().any(|x| !x.is_finite())).map(|(name, _)| name)
+    }
+}
+
 /// Sums of a step that a run has passed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Record {

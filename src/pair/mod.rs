@@ -7,6 +7,7 @@ mod table;
 pub mod truncation;
 
 pub use coefficients::{Mixing, PairCoefficients};
+pub(crate) use table::power_of_two;
 pub use table::{PairTable, Tail, TypePair};
 
 use crate::real::{Convert, Real};

@@ -162,7 +162,7 @@ fn style_info(name: &str) -> StyleInfo {
 }
 
 /// The power of two nearest to a positive number, 1 for others.
-fn power_of_two(x: f64) -> f64 {
+pub(crate) fn power_of_two(x: f64) -> f64 {
     if x > 0.0 && x.is_finite() { x.log2().round().clamp(-300.0, 300.0).exp2() } else { 1.0 }
 }
 

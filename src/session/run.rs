@@ -253,6 +253,9 @@ pub fn stop(why: Stop, script: &ScriptState, live: &mut Live<'_>, program: &Prog
         Stop::Device(message) => return RunError::Error(Error::Fault(message)),
     };
     let mut message = fault.to_string();
+    if let Some(advice) = fault.advice(live.settings.precision) {
+        message += &format!("\n  {advice}");
+    }
     if let Some(good) = &fault.last_good {
         let path = good_state_path(live.settings.log.as_deref());
         match super::data::write_good_state(&path, script, good, program) {

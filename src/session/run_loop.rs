@@ -6,10 +6,11 @@ use std::time::{Duration, Instant};
 use super::environment::InsideRun;
 use super::run::{LAST_STEP, RunError, STOP, stop};
 use super::{Live, ScriptState};
+use crate::Error;
 use crate::engine::{Needs, Program, Reached, Record, Snapshot, Sums};
 use crate::output::{Progress, Quantities, SceneFacts, ThermoSchedule};
 use crate::script::Complaint;
-use crate::system::{LostAtoms, SimulationBox};
+use crate::system::{LostAtoms, SimulationBox, State};
 
 /// The engine comes back at least this often for the progress bar.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(200);
@@ -216,6 +217,20 @@ impl<'r, 'l> RunLoop<'r, 'l> {
     fn show(&mut self, space: &SimulationBox, thermo_due: bool, dump_due: &[bool]) -> Result<(), RunError> {
         self.script.scene.space = Some(space.clone());
         self.script.scene.step = self.now;
+        if let Some(name) = self.sums.broken().filter(|_| thermo_due) {
+            let mut what = format!("step {}: the {name} is beyond the range of numbers", self.now);
+            let mut state = State::default();
+            self.live.backend.fetch(&mut state)?;
+            let fastest = (0..state.len()).max_by(|a, b| state.v[*a].amax().total_cmp(&state.v[*b].amax()));
+            if let Some(k) = fastest {
+                what += &format!(
+                    "; the fastest is atom {} with velocity components up to {:e}",
+                    state.id[k],
+                    state.v[k].amax()
+                );
+            }
+            return Err(RunError::Error(Error::Fault(what)));
+        }
         let state = std::mem::take(&mut self.script.scene.state);
         let snapshot = Snapshot {
             step: self.now,

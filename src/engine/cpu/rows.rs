@@ -5,6 +5,7 @@ use super::force::{Kernel, PairSums, PairTask};
 use super::mode::{Mode, Shift, Slot};
 use crate::neighbor::ties::{Ties, is_tied};
 use crate::pair::PairStyle;
+use crate::pair::power_of_two;
 use crate::pair::truncation::Truncation;
 use crate::real::lanes::{Element, Lanes, PairLanes, Simd, Tile, Work};
 use crate::real::{Convert, Real};
@@ -100,6 +101,9 @@ struct Totals<L> {
 struct Common<L: Real, S: PairStyle, T: Truncation> {
     /// Squares of the table's length units in the square of a slot's unit.
     scale: L,
+    /// What forces are multiplied by for the virial: a slot's unit in the table's, to a power of two. In squares of a slot's unit
+    /// a virial is no f32 where the force still is one.
+    work: L,
     /// For one type.
     constants: Constants<L, S, T>,
     zero: L,
@@ -157,9 +161,11 @@ impl<M: Mode, S: PairStyle, T: Truncation, I: Simd> Rows<'_, M, S, T, I> {
         let unit = if M::Slot::FIXED { 1.0 / self.task.quanta } else { 1.0 };
         let force_unit = unit * kernel.energy / kernel.length.powi(2);
         let zero = Of::<M, I>::constant(0.0);
+        let work = if M::Slot::FIXED { power_of_two(unit / kernel.length) } else { 1.0 };
         let of_one_type = OfOneType { columns: kernel.columns(0), stride: kernel.stride };
         let common = Common {
             scale: Of::<M, I>::constant((unit / kernel.length).powi(2)),
+            work: Of::<M, I>::constant(work),
             constants: Constants::new(kernel, of_one_type),
             zero,
         };
@@ -187,7 +193,7 @@ impl<M: Mode, S: PairStyle, T: Truncation, I: Simd> Rows<'_, M, S, T, I> {
             if SUMS {
                 sums.energy += 0.5 * kernel.energy * totals.energy.sum().double();
                 for (total, product) in sums.virial.iter_mut().zip(totals.virial) {
-                    *total += 0.5 * force_unit * unit * product.sum().double();
+                    *total += 0.5 * force_unit * (unit / work) * product.sum().double();
                 }
             }
         }
@@ -203,7 +209,7 @@ impl<M: Mode, S: PairStyle, T: Truncation, I: Simd> Rows<'_, M, S, T, I> {
         row: &[u16],
         common: &Common<Of<M, I>, S, T>,
     ) -> Totals<Of<M, I>> {
-        let Common { scale, zero, .. } = *common;
+        let Common { scale, work, zero, .. } = *common;
         let kernel = self.kernel;
         let slot = &self.task.slots[self.block.first + k];
         let own = Of::<M, I>::own(slot);
@@ -242,8 +248,9 @@ impl<M: Mode, S: PairStyle, T: Truncation, I: Simd> Rows<'_, M, S, T, I> {
             if SUMS {
                 totals.energy = totals.energy + Of::<M, I>::select(inside, value.energy, zero);
                 let products = [d[0] * d[0], d[1] * d[1], d[2] * d[2], d[0] * d[1], d[0] * d[2], d[1] * d[2]];
+                let work = if M::Slot::FIXED { pull * work } else { pull };
                 for (total, product) in totals.virial.iter_mut().zip(products) {
-                    *total = product.mul_add(pull, *total);
+                    *total = product.mul_add(work, *total);
                 }
             }
         }

@@ -208,6 +208,9 @@ layout! {
         /// Square of a unit of pair differences in the square of the table's length, and the unit of forces.
         pub unit_squared: f64,
         pub force_unit: f64,
+        /// What forces are multiplied by for the virial where pairs are in fixed point: a unit of pair differences in the
+        /// table's length, to a power of two.
+        pub work_unit: f64,
         pub storage_every: i64,
         pub every: u64,
         pub delay: u64,

@@ -11,6 +11,7 @@ use crate::neighbor::cells::most_dense_cells;
 use crate::neighbor::guard::COARSEST_QUANTUM;
 use crate::neighbor::ties::Ties;
 use crate::neighbor::{Grid, LAMMPS_BIN, OCTANTS, guard};
+use crate::pair::power_of_two;
 use crate::system::{SimulationBox, Vec3};
 
 /// Most of LAMMPS's bins a particle that storage order is sorted by.
@@ -227,6 +228,7 @@ impl Plan {
             tie_band: ties.band,
             unit_squared: (unit / length).powi(2),
             force_unit: unit * energy / length.powi(2),
+            work_unit: if shape.double_pairs { 1.0 } else { power_of_two(unit / length) },
             storage_every: program.storage_sort.map_or(1, |sort| sort.every.max(1)),
             every: program.policy.every,
             delay: program.policy.delay,

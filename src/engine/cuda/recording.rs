@@ -118,7 +118,7 @@ impl Engine {
         // Every pair stands in two rows.
         let virial = |k: usize| {
             let sum = if self.tensor { pairs[k + PRESSURE_TOTALS as usize] } else { third[k] };
-            0.5 * plan.scene.force_unit * plan.unit * sum
+            0.5 * plan.scene.force_unit * (plan.unit / plan.scene.work_unit) * sum
         };
         Sums {
             kinetic: std::array::from_fn(|k| kinetic[k]),

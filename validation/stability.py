@@ -1,0 +1,249 @@
+"""``python -m validation.stability``: the suite of stiff, extreme, overflowing and long scenes in its long form, and the page made
+of what it measured; exit 1 where something fails.
+
+The suite is ``tests/stability``; it writes a line of JSON for each check. Tests that stand elsewhere and belong to the table are
+run by name.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from validation import report
+from validation.bench.markdown import table
+from validation.octant_runner import ROOT
+
+PAGE = ROOT / "validation" / "stability.md"
+
+_HEADERS = (
+    "case",
+    "backend",
+    "precision",
+    "checks",
+    "nearest to its bound",
+    "value",
+    "bound",
+    "verdict",
+    "where the bound comes from",
+)
+
+_TITLES = {
+    "stiff": "Stiff",
+    "extreme geometry": "Extreme geometry",
+    "overflow": "Overflow",
+    "conservation": "Conservation and symmetry",
+    "external truth": "External truth",
+}
+
+
+@dataclass(frozen=True)
+class Elsewhere:
+    """A test of another file that belongs to the table."""
+
+    section: str
+    case: str
+    suite: str
+    test: str
+
+
+ELSEWHERE = (
+    Elsewhere("Extreme geometry", "a liquid 1e6 sigma from the origin, and in a box of 1e6 sigma: the force error does not grow",
+              "precision", "forces_a_million_sigma_from_the_origin_and_in_a_box_of_a_million"),
+    Elsewhere("Extreme geometry", "the same forces far from the origin", "physics",
+              "the_same_scene_far_from_the_origin_has_the_same_forces"),
+    Elsewhere("Extreme geometry", "one cell of 1e6 sigma", "physics", "cells_too_large_for_fixed_point_are_computed_in_double"),
+    Elsewhere("Extreme geometry", "lists by definition in random boxes, on faces and mid-planes, all searches", "neighbors",
+              "all_searches_give_the_same_pairs"),
+    Elsewhere("Extreme geometry", "distance R exactly, across a side too", "neighbors",
+              "a_distance_of_exactly_r_counts_across_a_side_too"),
+    Elsewhere("Extreme geometry", "every image in a box below R", "neighbors", "a_box_smaller_than_r_shows_every_image"),
+    Elsewhere("Extreme geometry", "zero and one particle: lists", "neighbors", "no_particle_has_no_neighbor_and_one_none"),
+    Elsewhere("Extreme geometry", "zero and one particle: runs", "physics", "a_gas_of_no_or_one_particle_runs"),
+    Elsewhere("Extreme geometry", "all in one cell, all in one point", "neighbors",
+              "particles_in_one_point_or_one_cell_are_all_neighbors"),
+    Elsewhere("Extreme geometry", "memory follows particles, not volume", "neighbors", "memory_follows_particles_not_volume"),
+    Elsewhere("Stiff", "no rounding leaves a particle beyond a wall", "fixes", "no_rounding_leaves_a_particle_beyond_a_wall"),
+    Elsewhere("Overflow", "coincident atoms: the stop names both and where", "physics",
+              "a_broken_force_names_atom_place_and_neighbor"),
+    Elsewhere("Overflow", "a crowd of overlaps under fix nve/limit", "fixes",
+              "limited_steps_take_overlaps_apart_and_are_never_longer"),
+    Elsewhere("Force error", "a melted liquid of 4000 against f64 all pairs: 1e-13 RMS in double, 3e-6 RMS and 3e-5 for the worst atom in mixed and single",
+              "precision", "forces_in_a_liquid_of_4_000"),
+    Elsewhere("Force error", "the same of 32 000", "precision", "forces_in_a_liquid_of_32_000"),
+    Elsewhere("Determinism", "1, 2, 3 and 5 threads, the same bits", "physics",
+              "threads_do_not_change_a_bit_and_searches_none_but_the_order_of_sums"),
+    Elsewhere("Determinism", "random forces know neither threads nor the order of atoms", "thermostats",
+              "random_forces_know_neither_threads_nor_the_order_of_atoms"),
+    Elsewhere("Determinism", "repeated runs on a GPU, the same bits", "cuda_repeat",
+              "a_run_repeats_in_every_bit_with_and_without_an_inner_list"),
+    Elsewhere("External truth", "a cutoff with its tail correction is a longer cutoff", "tail",
+              "a_liquid_cut_short_with_its_tail_is_one_cut_later"),
+    Elsewhere("External truth", "fix langevin: temperature and Maxwell's velocities", "thermostats",
+              "langevin_brings_free_particles_to_their_temperature_and_to_maxwells_velocities"),
+    Elsewhere("External truth", "fix nvt: its equations of motion", "thermostats", "a_chain_follows_its_equations_of_motion"),
+)  # fmt: skip
+
+HOLDS, FAILS, NOT_RUN = "holds", "**fails**", "not run: no GPU"
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of the table: all checks of a case on one backend in one precision, and the one nearest to its bound."""
+
+    section: str
+    case: str
+    backend: str
+    precision: str
+    checks: int
+    measured: str
+    value: float
+    bound: float
+    holds: bool
+    reason: str
+
+
+def read_rows(paths: Iterable[Path]) -> list[dict[str, Any]]:
+    """Checks as the suite has written them, in the order of the files."""
+    text = "\n".join(path.read_text(encoding="utf-8") for path in paths)
+    return [json.loads(line) for line in text.splitlines() if line.strip()]
+
+
+def lines_of(rows: Iterable[dict[str, Any]]) -> list[Line]:
+    """One line for each case, backend and precision; a check that fails goes before all that hold."""
+    lines: dict[tuple[str, ...], Line] = {}
+    for row in rows:
+        key = (row["section"], row["case"], row["backend"], row["precision"])
+        line = Line(*key, 1, row["measured"], float(row["value"]), float(row["bound"]), row["holds"], row["reason"])
+        before = lines.get(key)
+        checks = before.checks + 1 if before else 1
+        worst = line if before is None or _badness(line) > _badness(before) else before
+        lines[key] = replace(worst, checks=checks)
+    order = list(_TITLES)
+    return sorted(lines.values(), key=lambda line: (order.index(line.section), line.case, line.backend, line.precision))
+
+
+def _badness(line: Line) -> tuple[bool, float]:
+    return (not line.holds, line.value / line.bound if line.bound > 0.0 else line.value)
+
+
+def page(lines: Sequence[Line], elsewhere: Sequence[tuple[Elsewhere, str]], form: str) -> str:
+    """The page as Markdown."""
+    failed = {line.case for line in lines if not line.holds} | {one.case for one, verdict in elsewhere if verdict == FAILS}
+    count, cases = sum(line.checks for line in lines), len({line.case for line in lines})
+    text = [
+        "# Stability: stiff, extreme, overflowing and long scenes",
+        "",
+        f"{count} checks of {cases} cases ({form}) by `make stability`, {report.machine()}, commit {report.commit()}. "
+        + (f"**{len(failed)} cases fail.**" if failed else "All hold."),
+        "",
+        "Each line is a case on one backend in one precision, on every instruction set there is, with the check that came nearest "
+        "to its bound. A check that begins with *not* is 1 where something did not hold.",
+        "",
+    ]
+    for section, title in _TITLES.items():
+        body = [
+            (line.case, line.backend, line.precision, str(line.checks), line.measured, f"{line.value:.2g}",
+             f"{line.bound:.2g}", HOLDS if line.holds else FAILS, line.reason)
+            for line in lines if line.section == section
+        ]  # fmt: skip
+        text += [f"## {title}", "", *table(_HEADERS, body)] if body else []
+    if elsewhere:
+        text += ["## Cases that other tests have", ""]
+        body = [(one.section, one.case, f"`tests/{one.suite}.rs`: {one.test}", verdict) for one, verdict in elsewhere]
+        text += [*table(("section", "case", "test", "verdict"), body)]
+    text += [_NOTES.strip(), ""]
+    return "\n".join(text)
+
+
+_NOTES = """
+## What is to be known
+
+- In mixed and single precision pair forces are antisymmetric to the bit (differences of fixed-point coordinates are), and the sums of
+  them are not: momentum grows as a random walk of their rounding, in single precision of that of velocities.
+- In double precision a position seen across a periodic side is rounded as the other side is, in LAMMPS's order of operations, whose
+  trajectories octant has to the bit; the force error grows with the length of the box, eps L U''. Mixed and single precision have
+  differences of fixed-point coordinates, and it does not.
+- octant has no potential of r^-36; the Morse well with alpha r0 = 18 has the curvature of a Mie 36-18 well and falls off as r^-36 near it.
+- A particle that ends a step exactly on an upper fixed side is lost, as in LAMMPS: a box ends before its upper side, a wall puts back what
+  is beyond it.
+- Forces in f32 are worked out in units of the fixed-point grid: they end about 1e8 before f32 does, at 3e30 epsilon / sigma or so.
+"""
+
+
+def run_suite(flags: Sequence[str], rows: Path, form: str) -> None:
+    """Runs the suite; what it finds goes to `rows`. A test that did not come to its end is an error."""
+    environment = os.environ | {"OCTANT_STABILITY": form, "OCTANT_STABILITY_ROWS": str(rows)}
+    command = ["cargo", "test", *flags, "--test", "stability"]
+    if subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode != 0:
+        sys.exit("a case of the suite did not come to its end")
+
+
+def run_elsewhere(flags: Sequence[str]) -> list[tuple[Elsewhere, str]]:
+    """Runs the tests that stand elsewhere, each by its name."""
+    suites = [word for suite in dict.fromkeys(one.suite for one in ELSEWHERE) for word in ("--test", suite)]
+    names = list(dict.fromkeys(one.test for one in ELSEWHERE))
+    command = ["cargo", "test", "--no-fail-fast", *flags, *suites, "--", "--exact", "--show-output", *names]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    return judge(done.stdout)
+
+
+def judge(output: str) -> list[tuple[Elsewhere, str]]:
+    """Verdicts from what the tests have printed; a test that is not there fails."""
+    results = dict(re.findall(r"^test (\S+) \.\.\. (ok|FAILED)", output, re.MULTILINE))
+    no_gpu = "skipped: no CUDA device" in output
+
+    def verdict(one: Elsewhere) -> str:
+        if one.suite == "cuda_repeat" and (no_gpu or one.test not in results):
+            return NOT_RUN
+        return HOLDS if results.get(one.test) == "ok" else FAILS
+
+    return [(one, verdict(one)) for one in ELSEWHERE]
+
+
+def main() -> int:
+    """Parses the command line, runs, writes the page."""
+    parser = argparse.ArgumentParser(prog="python -m validation.stability", description=__doc__)
+    files = {"type": Path, "metavar": "FILE"}
+    parser.add_argument("--rows", nargs="+", help="checks of runs that are over: the suite is not run", **files)
+    parser.add_argument("--keep", help="where the checks of this run go", **files)
+    parser.add_argument("--page", default=PAGE, help="where the page goes (validation/stability.md)", **files)
+    parser.add_argument("--short", action="store_true", help="the form that `make test` runs")
+    parser.add_argument("--cargo", default="--release", metavar="FLAGS", help="flags of `cargo test` (--release)")
+    arguments = parser.parse_args()
+    form = "short" if arguments.short else "full"
+    if arguments.rows:
+        rows = read_rows(arguments.rows)
+    else:
+        with tempfile.TemporaryDirectory(prefix="stability-") as folder:
+            path = arguments.keep or Path(folder) / "rows.jsonl"
+            path.unlink(missing_ok=True)
+            run_suite(arguments.cargo.split(), path, form)
+            rows = read_rows([path])
+    if not rows:
+        sys.exit("the suite has checked nothing")
+    elsewhere = run_elsewhere(arguments.cargo.split())
+    lines = lines_of(rows)
+    arguments.page.write_text(page(lines, elsewhere, f"{form} form"), encoding="utf-8")
+    failed = [line for line in lines if not line.holds]
+    for line in failed:
+        found = f"{line.measured} {line.value:.3g}, at most {line.bound:.3g}"
+        print(f"{line.case}, {line.backend} {line.precision}: {found}")
+    broken = [one for one, verdict in elsewhere if verdict == FAILS]
+    for one in broken:
+        print(f"{one.case}: tests/{one.suite}.rs, {one.test} fails")
+    print(f"wrote {arguments.page}")
+    return 1 if failed or broken else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
