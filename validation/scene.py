@@ -48,6 +48,7 @@ _KNOWN: dict[str, dict] = {
     "real": {"lj_time": 2151.0, "quick": {"size": 5, "steps": 200}},
     "walls": {"quick": {"steps": 150}},
     "yukawa": {"quick": {"size": 5, "steps": 150}},
+    "smooth": {"quick": {"size": 5, "steps": 120}},
     "slab": {"quick": {"size": 5, "steps": 160}},
 }
 

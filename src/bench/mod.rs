@@ -1,8 +1,8 @@
 //! `octant bench`: speed, error and memory of the Lennard-Jones liquid that programs are compared on (LAMMPS `bench/in.lj`), run
 //! as `octant run` runs a script.
 
-mod drift;
-mod exact;
+pub(crate) mod drift;
+pub(crate) mod exact;
 mod measure;
 mod row;
 mod scene;
