@@ -281,9 +281,9 @@ mod tests {
         assert_eq!((own, atoms[2].neighbors.len()), (2, 5));
         let once: Vec<(u32, u32)> = vec![(3, 3), (7, 7), (7, 7), (7, 9), (7, 9), (7, 9), (7, 9), (9, 7)];
         assert_eq!(missing_and_extra(&ids, &atoms, &once), (1 + 2 + 2, 1));
-        let shell = pairs_at_cutoff(&pair, &state, &space, &ids, 0.6);
-        // At 2 from itself each of three atoms has two images, from 2.2 on 7 and 9 none: 6 counts, 3 pairs in 1.2.
-        assert!((shell[0] - 3.0 / 1.2).abs() < 1e-12, "{shell:?}");
+        let shell = pairs_at_cutoff(&pair, &state, &space, &ids, 0.3);
+        // Between 2.2 and 2.8 apart are 7 and 9 alone, in two images.
+        assert!((shell[0] - 2.0 / 0.6).abs() < 1e-12, "{shell:?}");
     }
 
     #[test]

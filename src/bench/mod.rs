@@ -14,6 +14,7 @@ use crate::engine::tuned::Table;
 use crate::engine::{Backend, Precision};
 use crate::session::{Prepared, Settings};
 use measure::Case;
+pub(crate) use measure::go;
 pub use row::{Row, Spread, write_csv};
 pub use scene::Scene;
 pub use sizes::{Cells, FEWEST, MOST};
