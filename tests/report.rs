@@ -31,13 +31,17 @@ write_data end.data
 print done file done.txt
 ";
 
-/// Rows of a file, cells by column; no cell of these has a comma in it.
+/// Rows of a file, cells by column; quoted cells have no quotes in them.
 fn rows(folder: &Folder, name: &str) -> Vec<Row> {
     let text = folder.read(name);
     let mut lines = text.lines();
     let heads: Vec<&str> = lines.next().unwrap().split(',').collect();
     let row = |line: &str| -> Row {
-        let cells: Vec<&str> = line.split(',').collect();
+        // What stands between quotes has every other place.
+        let parts = line.split('"').enumerate();
+        let marked: String =
+            parts.map(|(k, part)| if k % 2 == 0 { part.replace(',', "\n") } else { part.into() }).collect();
+        let cells: Vec<&str> = marked.split('\n').collect();
         assert_eq!(cells.len(), heads.len(), "{name}: {line}");
         heads.iter().zip(cells).map(|(head, cell)| (head.to_string(), cell.to_string())).collect()
     };
@@ -54,7 +58,8 @@ fn find<'a>(rows: &'a [Row], cells: &[(&str, &str)]) -> &'a Row {
     rows.iter().find(is).unwrap_or_else(|| panic!("no row with {cells:?}"))
 }
 
-const REPORT: &str = "report scene.in --quick --backend cpu --threads 2 --python none --reference U=-5,P=1 --out made/here";
+const REPORT: &str =
+    "report scene.in --quick --backend cpu --threads 2 --python none --reference U=-5,P=1 --out made/here";
 
 #[test]
 fn a_study_has_page_tables_and_advice_and_goes_on_from_what_is_there() {
@@ -121,7 +126,8 @@ fn check_forces(rows: &[Row]) {
 fn check_trajectories(rows: &[Row]) {
     let of = |potential: &str, integrator: &str, precision: &str, dt: &str| {
         let rebuild = ("rebuild", "every 1 delay 0 check yes");
-        let cells = [("potential", potential), ("integrator", integrator), ("precision", precision), ("dt", dt), rebuild];
+        let cells =
+            [("potential", potential), ("integrator", integrator), ("precision", precision), ("dt", dt), rebuild];
         number(find(rows, &cells), "rms_error")
     };
     // Second order: twice the step, four times the error; the reference's own error and that of fourth order make it less than a tenth off.
@@ -141,9 +147,10 @@ fn check_trajectories(rows: &[Row]) {
 
 fn check_energies(rows: &[Row]) {
     for row in rows.iter().filter(|row| row["potential"] == "own") {
-        // The bare potential's energy jumps with every pair that crosses the cutoff.
+        // The bare potential's energy jumps with every pair that crosses the cutoff: at small steps all else is less.
         let (plain, continuous) = (number(row, "fluctuation_plain"), number(row, "fluctuation"));
-        assert!(continuous > 0.0 && (row["integrator"] != "own" || plain > 3.0 * continuous), "{row:?}");
+        let smooth = row["integrator"] == "own" && row["dt"] == "0.0025";
+        assert!(continuous > 0.0 && (!smooth || plain > 3.0 * continuous), "{row:?}");
     }
     let of = |potential: &str, precision: &str, dt: &str| {
         let cells = [("potential", potential), ("precision", precision), ("dt", dt), ("integrator", "own")];
@@ -154,7 +161,9 @@ fn check_energies(rows: &[Row]) {
         / number(of("force-shifted", "double", "0.005"), "fluctuation");
     assert!((3.0..5.5).contains(&ratio), "{ratio}");
     // The predicted walk has the square of the step in it.
-    let walk = |dt: &str| number(of("own", "double", dt), "walk_predicted") / number(of("own", "double", dt), "temperature").powf(1.5);
+    let walk = |dt: &str| {
+        number(of("own", "double", dt), "walk_predicted") / number(of("own", "double", dt), "temperature").powf(1.5)
+    };
     assert!((walk("0.01") / walk("0.005") - 4.0).abs() < 1e-4);
     for row in rows.iter().filter(|row| row["integrator"] == "own") {
         assert!((-7.0..-2.0).contains(&number(row, "potential_energy")), "{row:?}");
@@ -167,14 +176,19 @@ fn check_energies(rows: &[Row]) {
 fn check_lists(rows: &[Row]) {
     let lacks = |row: &&Row| number(row, "missing") > 0.0;
     for row in rows {
-        assert!(number(row, "pairs") > 1000.0 && number(row, "missing") >= number(row, "missing_worst_look"), "{row:?}");
+        assert!(
+            number(row, "pairs") > 1000.0 && number(row, "missing") >= number(row, "missing_worst_look"),
+            "{row:?}"
+        );
         assert!(row["rebuild"] != "every 1 delay 0 check yes" || row["missing"] == "0", "{row:?}");
     }
     // In twenty steps atoms of this liquid move by a tenth of sigma or more each: pairs come in unseen.
     let careless: Vec<&Row> =
         rows.iter().filter(|row| row["rebuild"] == "every 20 delay 0 check no").filter(lacks).collect();
     assert!(!careless.is_empty());
-    let wider = |skin: &str| number(find(rows, &[("rebuild", "every 20 delay 0 check no"), ("skin", skin), ("dt", "0.005")]), "missing");
+    let wider = |skin: &str| {
+        number(find(rows, &[("rebuild", "every 20 delay 0 check no"), ("skin", skin), ("dt", "0.005")]), "missing")
+    };
     assert!(wider("0.26") >= wider("0.53"), "a wider skin lacks less");
 }
 
@@ -186,7 +200,8 @@ fn check_times(speeds: &[Row], prices: &[Row]) {
     }
     let rounds: Vec<&str> = speeds.iter().map(|row| row["round"].as_str()).collect();
     assert_eq!(rounds.iter().filter(|round| **round == "1").count() * 2, rounds.len());
-    let options = ["the scene as it is", "energy and virial at every step", "two types", "walls along z", "fix gravity"];
+    let options =
+        ["the scene as it is", "energy and virial at every step", "two types", "walls along z", "fix gravity"];
     for option in options {
         assert!(number(find(prices, &[("option", option), ("round", "2")]), "microseconds_per_step") > 0.0);
     }
@@ -217,7 +232,10 @@ fn a_thermostat_of_the_scene_and_sides_without_periods_are_no_trouble() {
     let open = SCENE
         .replace("lattice fcc 0.8442", "boundary f p s\nlattice fcc 0.8442")
         .replace("region b block 0 4 0 4 0 4", "region b block 0 6 0 1.5 0 3")
-        .replace("fix move all nve", "fix move all nve\nfix wall all wall/reflect xlo EDGE xhi EDGE\nthermo_modify lost ignore");
+        .replace(
+            "fix move all nve",
+            "fix move all nve\nfix wall all wall/reflect xlo EDGE xhi EDGE\nthermo_modify lost ignore",
+        );
     folder.write("scene.in", &open);
     let said = folder.says("report scene.in --quick --backend cpu --threads 1 --precision mixed --out . --dt 0.003");
     assert!(said.contains("LAMMPS is not measured: the scene has more than"), "{said}");
@@ -226,7 +244,9 @@ fn a_thermostat_of_the_scene_and_sides_without_periods_are_no_trouble() {
         assert!(number(&row, "force_error_rms") < 3e-6, "{row:?}");
     }
     let missing = rows(&folder, "missing.csv");
-    assert!(missing.iter().filter(|row| row["rebuild"] == "every 1 delay 0 check yes").all(|row| row["missing"] == "0"));
+    assert!(
+        missing.iter().filter(|row| row["rebuild"] == "every 1 delay 0 check yes").all(|row| row["missing"] == "0")
+    );
 }
 
 #[test]
@@ -247,7 +267,7 @@ fn wrong_words_and_scripts_are_refused() {
         assert!(stderr.contains(said), "{args}: {stderr}");
     }
     let still = folder.fails(1, "report still.in --backend cpu");
-    assert!(still.contains("still.in:13:16: report: the script has no run, so there is nothing to study"), "{still}");
+    assert!(still.contains("still.in:13:15: report: the script has no run, so there is nothing to study"), "{still}");
     let empty = folder.fails(1, "report empty.in --backend cpu");
     assert!(empty.contains("there are no atoms"), "{empty}");
     let absent = folder.fails(1, "report absent.in --backend cpu");

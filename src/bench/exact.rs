@@ -267,11 +267,11 @@ mod tests {
     fn a_small_box_has_images_and_a_free_side_none() {
         let (pair, mut state, _) = pair_of(1.5);
         state.x[2] = Vec3::new(0.0, 2.0, -7.0);
-        let space = SimulationBox::new(Vec3::zeros(), Vec3::new(10.0, 4.0, 2.0), [
-            [Side::Fixed; 2],
-            [Side::Periodic; 2],
-            [Side::Periodic; 2],
-        ]);
+        let space = SimulationBox::new(
+            Vec3::zeros(),
+            Vec3::new(10.0, 4.0, 2.0),
+            [[Side::Fixed; 2], [Side::Periodic; 2], [Side::Periodic; 2]],
+        );
         let ids = sample(&state);
         let atoms = look_up(&pair, 0.0, &state, &space, &ids, 1e-9);
         // Along z an image at 2 on either side; 7 lies at (0.25, 1, 1), 9 at (0, 2, 1), and 3 on the far side of a free axis.

@@ -6,6 +6,8 @@ use plotters::coord::Shift;
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint};
 use plotters::prelude::*;
 
+use crate::output::printf::format_g;
+
 /// Size of a chart, and of the plot in it; the legend stands beside. Pixels.
 const SIZE: (u32, u32) = (860, 480);
 const PLOT_WIDTH: i32 = 610;
@@ -189,7 +191,11 @@ where
 /// Where an axis has labels, as logarithms: at powers of ten, of all or some, or at 1, 2 and 5 where there is room.
 fn ticks(from: f64, to: f64) -> Vec<f64> {
     let decades = to - from;
-    let digits: &[f64] = if decades < 2.2 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+    let digits: &[f64] = match decades {
+        d if d < 1.1 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0],
+        d if d < 2.2 => &[1.0, 2.0, 5.0],
+        _ => &[1.0],
+    };
     let step = (decades / 8.0).ceil().max(1.0) as i32;
     let powers = (from.floor() as i32..=to.ceil() as i32).filter(|k| k.rem_euclid(step) == 0);
     let all = powers.flat_map(|k| digits.iter().map(move |digit| f64::from(k) + digit.log10()));
@@ -200,10 +206,9 @@ fn ticks(from: f64, to: f64) -> Vec<f64> {
 fn tick_label(log: f64) -> String {
     let value = 10f64.powf(log);
     if (1e-3..1e4).contains(&(value * 1.000_001)) {
-        let digits = (-log.floor()).max(0.0) as usize;
-        format!("{value:.digits$}")
+        format_g(value, 0, 4, false)
     } else {
-        format!("{value:.0e}")
+        format!("{value:.1e}").replace(".0e", "e")
     }
 }
 
@@ -214,7 +219,8 @@ mod tests {
     #[test]
     fn labels_are_round_numbers() {
         let labels = |from, to| ticks(from, to).into_iter().map(tick_label).collect::<Vec<_>>();
-        assert_eq!(labels(-3.1, -1.9), ["1e-3".replace("1e-3", "0.001"), "0.002".into(), "0.005".into(), "0.01".into()]);
+        assert_eq!(labels(-3.1, -1.9), ["0.001", "0.002", "0.005", "0.01"]);
+        assert_eq!(labels(-5.1, -4.6), ["1e-5", "1.5e-5", "2e-5"]);
         assert_eq!(labels(-7.5, -3.5), ["1e-7", "1e-6", "1e-5", "1e-4"]);
         assert_eq!(labels(-0.1, 1.1), ["1", "2", "5", "10"]);
         assert!(labels(-20.0, 5.0).len() <= 9);

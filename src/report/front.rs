@@ -35,7 +35,7 @@ pub struct Found {
 /// The policy whose errors do not depend on the skin, as no list lacks a pair.
 pub const SAFE: &str = "every 1 delay 0 check yes";
 
-/// All points that were timed, those on the front marked; each potential and integrator has a front of its own.
+/// All points that were timed, those on the front marked; each potential has a front of its own.
 pub fn points(store: &Store) -> Vec<Found> {
     let mut found: Vec<Found> = Vec::new();
     let mut times: Vec<Vec<f64>> = Vec::new();
@@ -72,9 +72,7 @@ pub fn points(store: &Store) -> Vec<Found> {
 
 impl Found {
     fn is_same(&self, other: &Self) -> bool {
-        let names = |of: &Self| {
-            [&of.potential, &of.integrator, &of.precision, &of.rebuild].map(String::clone)
-        };
+        let names = |of: &Self| [&of.potential, &of.integrator, &of.precision, &of.rebuild].map(String::clone);
         names(self) == names(other) && (self.dt, self.skin) == (other.dt, other.skin)
     }
 
@@ -122,7 +120,7 @@ impl Found {
 }
 
 fn mark(found: &mut [Found]) {
-    let charts: Vec<(String, String)> = found.iter().map(|p| (p.potential.clone(), p.integrator.clone())).collect();
+    let charts: Vec<String> = found.iter().map(|p| p.potential.clone()).collect();
     for k in 0..found.len() {
         let others: Vec<usize> = (0..found.len())
             .filter(|m| charts[*m] == charts[k] && found[*m].is_sound() && found[*m].trajectory.is_some())
@@ -134,9 +132,12 @@ fn mark(found: &mut [Found]) {
     }
 }
 
-/// Which points no other beats: none is at least as small in both and smaller in one.
+/// Errors that differ by less are alike to the front.
+const ALIKE: f64 = 1.01;
+
+/// Which points of time and error no other beats: none is faster at the same error (to a hundredth) or a smaller one.
 pub fn pareto(points: &[(f64, f64)]) -> Vec<bool> {
-    let beats = |a: &(f64, f64), b: &(f64, f64)| a.0 <= b.0 && a.1 <= b.1 && (a.0 < b.0 || a.1 < b.1);
+    let beats = |a: &(f64, f64), b: &(f64, f64)| a.0 < b.0 && a.1 <= ALIKE * b.1 || a.0 == b.0 && a.1 < b.1;
     points.iter().map(|point| !points.iter().any(|other| beats(other, point))).collect()
 }
 
@@ -173,6 +174,8 @@ mod tests {
     fn the_front_is_what_nothing_beats() {
         let points = [(1.0, 5.0), (2.0, 3.0), (2.0, 4.0), (3.0, 3.0), (4.0, 1.0), (5.0, 2.0)];
         assert_eq!(pareto(&points), [true, true, false, false, true, false]);
+        // A hundredth is no error to wait for.
+        assert_eq!(pareto(&[(1.0, 1.005), (2.0, 1.0), (3.0, 0.9)]), [true, false, true]);
         // Of two that are alike neither beats the other.
         assert_eq!(pareto(&[(1.0, 1.0), (1.0, 1.0)]), [true, true]);
         assert_eq!(pareto(&[]), [false; 0]);

@@ -23,8 +23,18 @@ pub static LAMMPS: Table = Table {
     name: "lammps",
     keys: &["dt"],
     values: &[
-        "version", "how", "seconds_per_time", "seconds_per_time_least", "seconds_per_time_most", "rms_error",
-        "fluctuation", "drift", "drift_error", "force_error_rms", "force_error_worst", "fault",
+        "version",
+        "how",
+        "seconds_per_time",
+        "seconds_per_time_least",
+        "seconds_per_time_most",
+        "rms_error",
+        "fluctuation",
+        "drift",
+        "drift_error",
+        "force_error_rms",
+        "force_error_worst",
+        "fault",
     ],
 };
 
@@ -201,7 +211,8 @@ fn last_line(text: &[u8]) -> Option<Value> {
 fn write_data(study: &Study, path: &Path) -> Result<(), Halt> {
     let point = study.own(Precision::Double);
     let (prepared, _) = study.variant(&point);
-    let settings = Settings { backend: BackendChoice::Cpu, device: None, ..study.settings(Precision::Double).clone() };
+    let (backend, device, no_files) = (BackendChoice::Cpu, None, false);
+    let settings = Settings { backend, device, no_files, ..study.settings(Precision::Double).clone() };
     let mut driven = Driven::new(prepared, &settings)?;
     go(&mut driven, &format!("write_data \"{}\" pair ij", path.display()))
 }
@@ -214,7 +225,10 @@ fn commands(study: &Study, dt: f64, data: &Path) -> Vec<String> {
         Side::Fixed => 'f',
         Side::Shrink => 's',
     };
-    let sides = study.space.sides.map(|[lo, hi]| if lo == hi { side(lo).to_string() } else { format!("{}{}", side(lo), side(hi)) });
+    let sides = study
+        .space
+        .sides
+        .map(|[lo, hi]| if lo == hi { side(lo).to_string() } else { format!("{}{}", side(lo), side(hi)) });
     let style = crate::pair::styles().into_iter().find(|style| style.name == program.pair.style);
     let cutoff = style.filter(|style| style.global_cutoff).map(|_| program.pair.largest_cutoff());
     let words: Vec<String> = program.pair.settings.iter().copied().chain(cutoff).map(|x| x.to_string()).collect();

@@ -8,11 +8,11 @@ use super::point::{Integrator, KEYS, Point, Potential};
 use super::statistics::{about_line, blocked, walk};
 use super::store::Table;
 use super::study::Study;
+use crate::Error;
 use crate::bench::{Halt, drift, exact, go};
 use crate::engine::Precision;
 use crate::output::printf::format_g;
 use crate::session::Driven;
-use crate::Error;
 
 /// Force errors of a potential in a precision, relative to the RMS force.
 pub static FORCES: Table = Table {
@@ -31,9 +31,24 @@ pub static ENERGIES: Table = Table {
     name: "energies",
     keys: KEYS,
     values: &[
-        "time", "steps", "samples", "drift_plain", "drift_plain_error", "fluctuation_plain", "drift", "drift_error",
-        "fluctuation", "walk", "walk_error", "walk_predicted", "temperature", "potential_energy",
-        "potential_energy_error", "pressure", "pressure_error", "fault",
+        "time",
+        "steps",
+        "samples",
+        "drift_plain",
+        "drift_plain_error",
+        "fluctuation_plain",
+        "drift",
+        "drift_error",
+        "fluctuation",
+        "walk",
+        "walk_error",
+        "walk_predicted",
+        "temperature",
+        "potential_energy",
+        "potential_energy_error",
+        "pressure",
+        "pressure_error",
+        "fault",
     ],
 };
 /// Pairs within the cutoff that the list lacks.

@@ -11,6 +11,7 @@ mod page;
 mod plan;
 mod point;
 mod price;
+mod sections;
 mod statistics;
 mod store;
 mod study;

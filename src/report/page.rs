@@ -17,7 +17,11 @@ pub enum Block {
     /// Heads and rows; numbers are set to the right where a cell begins like one.
     Table(Vec<String>, Vec<Vec<String>>),
     /// Name of the file, the SVG itself, what it shows.
-    Figure { name: String, svg: String, caption: String },
+    Figure {
+        name: String,
+        svg: String,
+        caption: String,
+    },
 }
 
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222;background:#fff}\
@@ -124,6 +128,8 @@ mod tests {
             assert!(page.contains(part), "{part} is not in {page}");
         }
         let page = markdown(&blocks);
-        assert!(page.contains("# a < b\n\n**do & be**\n\n| x | y\\|z |\n|---|---|\n| -1.5 | word |\n\n![what](one.svg)"));
+        assert!(
+            page.contains("# a < b\n\n**do & be**\n\n| x | y\\|z |\n|---|---|\n| -1.5 | word |\n\n![what](one.svg)")
+        );
     }
 }

@@ -45,7 +45,7 @@ pub const FULL: Scale = Scale {
     energy_spans: 25.0,
     samples: 400,
     looks: 20,
-    look_atoms: 1_000,
+    look_atoms: 4_000,
     price_rounds: 5,
 };
 pub const QUICK: Scale = Scale {
@@ -53,10 +53,10 @@ pub const QUICK: Scale = Scale {
     rounds: 2,
     leg: 0.04,
     span: 0.5,
-    energy_spans: 2.5,
+    energy_spans: 2.0,
     samples: 60,
     looks: 7,
-    look_atoms: 300,
+    look_atoms: 1_000,
     price_rounds: 2,
 };
 
@@ -117,9 +117,15 @@ impl Plan {
         plan.prices(study);
         if lammps {
             let lengths = plan.span.time + plan.energy_time();
-            for dt in plan.dts.clone() {
+            let dts = if options.quick { vec![own] } else { plan.dts.clone() };
+            for dt in dts {
                 let steps = 4.0 * lengths / dt;
-                plan.jobs.push(Job { table: &lammps::LAMMPS, key: vec![dt.to_string()], steps, work: Work::Lammps(dt) });
+                plan.jobs.push(Job {
+                    table: &lammps::LAMMPS,
+                    key: vec![dt.to_string()],
+                    steps,
+                    work: Work::Lammps(dt),
+                });
             }
         }
         Ok(plan)
@@ -182,7 +188,8 @@ impl Plan {
         let parts = if options.quick { &QUICK_SKINS[..] } else { &SKINS[..] };
         // Two digits do.
         let round = |x: f64| format!("{x:.1e}").parse().unwrap_or(x);
-        let mut skins = options.skins.clone().unwrap_or_else(|| parts.iter().map(|part| round(part * cutoff)).collect());
+        let mut skins =
+            options.skins.clone().unwrap_or_else(|| parts.iter().map(|part| round(part * cutoff)).collect());
         skins.push(policy.skin);
         skins.sort_unstable_by(f64::total_cmp);
         skins.dedup();

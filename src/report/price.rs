@@ -10,7 +10,7 @@ use crate::Error;
 use crate::bench::{Halt, go};
 use crate::dynamics::fixes;
 use crate::engine::Precision;
-use crate::session::{Driven, Prepared};
+use crate::session::{Driven, Prepared, Settings};
 use crate::system::{RanPark, Side};
 
 /// Time of a step with an option.
@@ -53,8 +53,10 @@ pub fn options(study: &Study) -> Vec<Priced> {
     all.push(plain("fix gravity", "fix price_gravity all gravity 1e-9 vector 0 0 -1\n".into()));
     let dump = "dump price_dump all custom 50 {FOLDER}/price.dump id type x y z\n";
     all.push(plain("trajectory, text, every 50 steps", dump.into()));
-    all.push(plain("trajectory, xtc, every 50 steps", dump.replace("custom", "xtc").replace(" id type x y z", "")
-        .replace("price.dump", "price.xtc")));
+    if cfg!(feature = "chemfiles") {
+        let xtc = "dump price_dump all xtc 50 {FOLDER}/price.xtc\n";
+        all.push(plain("trajectory, xtc, every 50 steps", xtc.into()));
+    }
     if program.pair.types == 1 && !program.pair.pairs[0].coefficients.is_empty() {
         let two = |step: f64| two_types(study, step);
         let change: fn(&mut Prepared) = deal_types;
@@ -82,7 +84,7 @@ pub fn options(study: &Study) -> Vec<Priced> {
     let own_shift = if program.pair.shift { "yes" } else { "no" };
     let on_and_off = format!(
         "thermo 1\npair_modify shift {shift}\nfix price_gravity all gravity 1e-9 vector 0 0 -1\n{dump}\
-         run 2\nthermo 0\npair_modify shift {own_shift}\nunfix price_gravity\nundump price_dump\n"
+         run 0\nthermo 0\npair_modify shift {own_shift}\nunfix price_gravity\nundump price_dump\n"
     );
     all.push(plain(OFF_AGAIN, on_and_off));
     all
@@ -148,13 +150,16 @@ pub fn price(study: &Study, precision: Precision, option: usize, seconds: f64) -
     let point = Point { policy: study.safe(), ..study.own(precision) };
     let measured = || {
         let scratch = Scratch::new()?;
+        // Faults leave the last good state beside the log.
+        let log = Some(scratch.0.join("log"));
+        let settings = Settings { no_files: false, log, ..study.settings(precision).clone() };
         let (mut prepared, set_up) = study.variant(&point);
         (option.change)(&mut prepared);
-        let mut driven = Driven::new(prepared, study.settings(precision))?;
+        let mut driven = Driven::new(prepared, &settings)?;
         go(&mut driven, &set_up)?;
         go(&mut driven, &option.commands.replace("{FOLDER}", &scratch.0.display().to_string()))?;
+        let same = if option.name == OFF_AGAIN { is_plain(study, &point, &mut driven)? } else { "" };
         let leg = measure::leg(&mut driven, seconds)?;
-        let same = if option.name == OFF_AGAIN { is_plain(study, &point, &driven)? } else { "" };
         let step = number(1e6 * leg.seconds / leg.steps as f64);
         Ok(vec![option.base.into(), leg.steps.to_string(), step, same.into(), String::new()])
     };
@@ -168,9 +173,11 @@ pub fn price(study: &Study, precision: Precision, option: usize, seconds: f64) -
 }
 
 /// Whether what runs is the same as if no option had ever been switched on: the step as data, and what the engine says of its kernels.
-fn is_plain(study: &Study, point: &Point, driven: &Driven<'_>) -> Result<&'static str, Halt> {
+fn is_plain<'a>(study: &'a Study, point: &Point, driven: &mut Driven<'a>) -> Result<&'static str, Halt> {
     let mut plain = study.begin(point)?;
-    go(&mut plain, "run 0")?;
+    for engine in [&mut plain, &mut *driven] {
+        go(engine, "run 0")?;
+    }
     let same = plain.program()? == driven.program()? && plain.backend().explain() == driven.backend().explain();
     Ok(if same { "yes" } else { "no" })
 }

@@ -58,8 +58,7 @@ impl Study {
         let temperature = temperature(sum, degrees_of_freedom(state.len()), &program.units);
         let all = exact::sample(state);
         let ids = if all.len() <= sample { all } else { exact::sample_of(state, sample) };
-        // Dumps are written where prices are asked for, to a folder of their own.
-        let with = |precision| Settings { precision, no_files: false, variables: Vec::new(), ..quiet.clone() };
+        let with = |precision| Settings { precision, variables: Vec::new(), ..quiet.clone() };
         Ok(Some(Self {
             settings: Precision::ALL.map(with).to_vec(),
             machine,
