@@ -38,6 +38,8 @@ pub enum Mark {
     Cross,
     /// A circle around another mark.
     Ring,
+    /// A square around another mark.
+    Frame,
     /// A line alone.
     None,
 }
@@ -183,6 +185,10 @@ where
         Mark::Square => area.draw(&Rectangle::new([(x - 4, y - 4), (x + 5, y + 5)], fill))?,
         Mark::Cross => area.draw(&Cross::new(at, 5, series.color.stroke_width(2)))?,
         Mark::Ring => area.draw(&Circle::new(at, 9, series.color.stroke_width(2)))?,
+        Mark::Frame => {
+            let style = series.color.stroke_width(2);
+            area.draw(&Rectangle::new([(x - 12, y - 12), (x + 12, y + 12)], style))?;
+        }
         Mark::None => {}
     }
     Ok(())
@@ -235,7 +241,7 @@ mod tests {
             line: mark == Mark::Dot,
             points: points.to_vec(),
         };
-        let all = [Mark::Dot, Mark::Triangle, Mark::Square, Mark::Cross, Mark::Ring, Mark::None];
+        let all = [Mark::Dot, Mark::Triangle, Mark::Square, Mark::Cross, Mark::Ring, Mark::Frame, Mark::None];
         let series = all.map(|of| mark(of, &[(1.0, 1e-5), (2.0, 3e-4), (0.0, 1.0), (f64::NAN, 2.0)])).to_vec();
         let chart = Chart { title: "Title".into(), x: "time".into(), y: "error".into(), series };
         let svg = chart.svg().unwrap();

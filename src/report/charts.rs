@@ -34,6 +34,9 @@ pub fn work(facts: &Facts<'_>, points: &[Found], blocks: &mut Vec<Block>) -> Res
         let chart = |y: &str, value: &dyn Fn(&Found) -> Option<f64>, lammps: &str, joined: bool| {
             let at = |p: &&Found| value(p).map(|v| (p.time.median, v));
             let mut all: Vec<Series> = Vec::new();
+            if let Some(own) = facts.own(points).filter(|own| own.potential == potential) {
+                all.push(series("script's settings", 3, Mark::Frame, false, at(&own).into_iter().collect()));
+            }
             let front = |p: &&&Found| p.front;
             let mut ringed: Vec<(f64, f64)> = of.iter().filter(front).filter_map(at).collect();
             ringed.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));

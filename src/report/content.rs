@@ -49,7 +49,7 @@ pub fn table(heads: &[&str], rows: Vec<Vec<String>>) -> Block {
 
 impl Facts<'_> {
     /// The point that the script itself names, in the usual precision.
-    fn own<'a>(&self, points: &'a [Found]) -> Option<&'a Found> {
+    pub fn own<'a>(&self, points: &'a [Found]) -> Option<&'a Found> {
         let program = &self.study.program;
         let rebuild = if is_safe(&program.policy) { SAFE.into() } else { point::rebuild(&program.policy) };
         points.iter().find(|p| {
@@ -174,7 +174,7 @@ impl Facts<'_> {
         blocks.push(Block::Text(format!(
             "Every point is a way to run the scene. Its time is the median of {} rounds, list builds included. Its error is the RMS distance \
              of all atoms from a reference trajectory in double precision with dt {}, after a time of {}. Points that no other beats \
-             in both are ringed and joined; those whose lists lack pairs are on no front.",
+             in both are ringed and joined, the script's own settings are framed; those whose lists lack pairs are on no front.",
             plan.scale.rounds,
             short(plan.span.reference_dt),
             short(plan.span.time)
