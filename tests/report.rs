@@ -277,3 +277,45 @@ fn wrong_words_and_scripts_are_refused() {
     assert!(file.starts_with("ERROR: file: cannot create the folder: "), "{file}");
     assert_eq!(folder.files().len(), 4, "nothing is written");
 }
+
+/// Waits until a table has rows; what the study ends with when it is then asked to.
+#[cfg(unix)]
+fn interrupted(folder: &Folder, table: &str) -> std::process::Output {
+    use std::process::{Command, Stdio};
+    let mut child = Command::new(assert_cmd::cargo::cargo_bin("octant"))
+        .current_dir(&folder.0)
+        .args(REPORT.split(' '))
+        .args(["--dt", "0.002,0.003,0.004"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let begun = std::time::Instant::now();
+    while !folder.has(&format!("made/here/{table}.csv")) {
+        assert!(begun.elapsed().as_secs() < 60 && child.try_wait().unwrap().is_none(), "no rows");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    child.wait_with_output().unwrap()
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_whole_tables_and_a_page() {
+    let folder = Folder::new("report-interrupt");
+    folder.write("scene.in", SCENE);
+    let done = interrupted(&folder, "energies");
+    let said = String::from_utf8_lossy(&done.stdout).into_owned();
+    assert_eq!((done.status.code(), String::from_utf8_lossy(&done.stderr).as_ref()), (Some(130), ""), "{said}");
+    assert!(said.contains("Interrupted: what is there so far is in made/here; the same command goes on\n"), "{said}");
+    let page = folder.read("made/here/report.md");
+    assert!(page.contains("The study was interrupted") && page.contains("have not been measured yet"), "{page}");
+    assert!(folder.read("made/here/report.html").ends_with("</html>\n"));
+    let there =
+        ["forces", "trajectories", "energies"].map(|name| rows(&folder, &format!("made/here/{name}.csv")).len());
+    assert!(there.iter().all(|count| *count > 0) && !folder.has("made/here/prices.csv"), "{there:?}");
+    // And on from there.
+    let said = folder.says(&format!("{REPORT} --dt 0.002,0.003,0.004"));
+    assert!(said.contains(&format!("{} rows are in made/here already\n", there.iter().sum::<usize>())), "{said}");
+    assert!(!folder.read("made/here/report.md").contains("interrupted"));
+}

@@ -94,7 +94,7 @@ fn study(options: &Options, say: &mut dyn FnMut(Said<'_>)) -> Result<Ended, Halt
     }
     let plan = Plan::new(&study, options, lammps.is_ok())?;
     let version = lammps.as_ref().map_or(0, Lammps::version);
-    let mut store = Store::open(&options.out, &TABLES, &settings(options, &study, version)?)?;
+    let mut store = Store::open(&options.out, &TABLES, &settings(options, &study, &plan, version)?)?;
     if store.len() > 0 {
         say(Said::Note(format!("{} rows are in {} already", store.len(), options.out.display())));
     }
@@ -146,19 +146,19 @@ fn measure(
 }
 
 /// All that decides what a row holds: rows of other settings are not gone on from.
-fn settings(options: &Options, study: &Study, lammps: i64) -> Result<String, Error> {
+fn settings(options: &Options, study: &Study, plan: &Plan, lammps: i64) -> Result<String, Error> {
     let path = &options.script;
     let script = std::fs::read_to_string(path).map_err(|e| Error::file(path, "cannot read", e))?;
     let machine = &study.machine;
     let names: Vec<&str> = options.precisions.iter().map(|precision| precision.name()).collect();
     Ok(format!(
-        "octant {} report\nengine: {} {} {}\nquick: {}\nprecisions: {}\ndts: {:?}\nskins: {:?}\nvariables: {:?}\nlammps: {lammps}\n\
+        "octant {} report\nengine: {} {} {}\nextent: {:?}\nprecisions: {}\ndts: {:?}\nskins: {:?}\nvariables: {:?}\nlammps: {lammps}\n\
          melted: {:016x}\nscript: {}\n\n{script}",
         env!("CARGO_PKG_VERSION"),
         machine.backend,
         machine.device,
         machine.driver,
-        options.quick,
+        plan.scale,
         names.join(", "),
         options.dts,
         options.skins,

@@ -56,7 +56,7 @@ pub const QUICK: Scale = Scale {
     energy_spans: 2.0,
     samples: 60,
     looks: 7,
-    look_atoms: 1_000,
+    look_atoms: 500,
     price_rounds: 2,
 };
 
