@@ -146,10 +146,12 @@ fn check_trajectories(rows: &[Row]) {
 }
 
 fn check_energies(rows: &[Row]) {
-    for row in rows.iter().filter(|row| row["potential"] == "own") {
+    // The Euler steps heat this scene until it breaks, at the largest step; nothing else does.
+    assert!(rows.iter().all(|row| row["fault"].is_empty() || row["integrator"] == "nve/euler2"));
+    for row in rows.iter().filter(|row| row["potential"] == "own" && row["integrator"] == "own") {
         // The bare potential's energy jumps with every pair that crosses the cutoff: at small steps all else is less.
         let (plain, continuous) = (number(row, "fluctuation_plain"), number(row, "fluctuation"));
-        let smooth = row["integrator"] == "own" && row["dt"] == "0.0025";
+        let smooth = row["dt"] == "0.0025";
         assert!(continuous > 0.0 && (!smooth || plain > 3.0 * continuous), "{row:?}");
     }
     let of = |potential: &str, precision: &str, dt: &str| {
@@ -193,7 +195,8 @@ fn check_lists(rows: &[Row]) {
 }
 
 fn check_times(speeds: &[Row], prices: &[Row]) {
-    for row in speeds {
+    assert!(speeds.iter().all(|row| row["fault"].is_empty() || row["integrator"] == "nve/euler2"));
+    for row in speeds.iter().filter(|row| row["fault"].is_empty()) {
         let (steps, seconds) = (number(row, "steps"), number(row, "seconds"));
         let each = seconds / (steps * number(row, "dt"));
         assert!(seconds > 0.0 && (number(row, "seconds_per_time") / each - 1.0).abs() < 1e-6, "{row:?}");
