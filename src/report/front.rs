@@ -200,7 +200,7 @@ mod tests {
         let shifted = Found { potential: "force-shifted".into(), ..point(3.0, 0.1, 0.0) };
         let all = [own.clone(), point(5.0, 1.06, 0.0), point(5.0, 1.0, 0.7), faster.clone(), lacking, broken, shifted];
         assert_eq!(better(&all, &own), Some(&faster));
-        assert_eq!(better(&all, &faster), None);
+        assert_eq!(better(&[own.clone(), faster.clone()], &faster), None);
         // Four per cent faster is no news.
         assert_eq!(better(&[point(9.6, 1.0, 0.0)], &own), None);
     }
