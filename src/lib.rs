@@ -10,6 +10,7 @@ pub mod output;
 pub mod pair;
 pub mod paper;
 pub mod real;
+pub mod report;
 pub mod scene;
 pub mod script;
 pub mod session;

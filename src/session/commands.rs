@@ -24,6 +24,11 @@ pub enum Pass<'a, 'b> {
 }
 
 impl Pass<'_, '_> {
+    /// Whether files are written.
+    fn writes(&self) -> bool {
+        matches!(self, Pass::Live(live) if !live.settings.no_files)
+    }
+
     fn console(&mut self) -> &mut Console {
         match self {
             Pass::Judging(console) => console,
@@ -66,8 +71,8 @@ pub fn carry_out(
             }
         }
         Command::WriteData(command) => {
-            if let Pass::Live(_) = pass {
-                data::write(script, statement, command)?;
+            if let Pass::Live(live) = &pass {
+                data::write(script, statement, command, !live.settings.no_files)?;
             } else {
                 let path = command.path_at(script.scene.step);
                 let writable = check_writable(&path).map_err(|m| Complaint::new(1, m));
@@ -76,8 +81,7 @@ pub fn carry_out(
             }
         }
         Command::PairWrite(command) => {
-            let live = matches!(pass, Pass::Live(_));
-            let line = script.pair_write(command, live).map_err(|c| statement.complain(c))?;
+            let line = script.pair_write(command, pass.writes()).map_err(|c| statement.complain(c))?;
             line.into_iter().for_each(|line| pass.console().line(&line));
         }
         Command::Log(command) => log(command, pass.console()).map_err(|e| match e {
@@ -102,8 +106,8 @@ pub fn carry_out(
             }
         }
         Command::Print(command) => {
-            let live = matches!(pass, Pass::Live(_));
-            print(command, pass.console(), live).map_err(|c| statement.complain(c))?;
+            let writes = pass.writes();
+            print(command, pass.console(), writes).map_err(|c| statement.complain(c))?;
         }
         Command::Echo(command) => {
             pass.console().set_echo(match (command.screen, command.log) {

@@ -96,10 +96,18 @@ pub fn judge_write(script: &ScriptState) -> Result<(), Complaint> {
     script.scene.space().map(|_| ())
 }
 
-/// Carries out `write_data`.
-pub fn write(script: &mut ScriptState, statement: &Statement, command: &WriteDataCommand) -> Result<(), Error> {
+/// Carries out `write_data`; without `files` all but the writing.
+pub fn write(
+    script: &mut ScriptState,
+    statement: &Statement,
+    command: &WriteDataCommand,
+    files: bool,
+) -> Result<(), Error> {
     script.scene.space().map_err(|c| statement.complain(c))?;
     settle(script).map_err(|c| statement.complain(c))?;
+    if !files {
+        return Ok(());
+    }
     let space = script.scene.space().map_err(|c| statement.complain(c))?;
     let pair = script.scene.pair.as_ref().and_then(|pair| {
         let (full, lines) = match command.pair {

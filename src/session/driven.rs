@@ -1,18 +1,20 @@
 //! Scripts in pieces, for programs that measure: each piece is carried out as `octant run` does it, without screen and log, and
 //! between pieces the simulation can be looked into.
 
+use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use serde_json::{Map, Value};
 
-use super::judge::{go_on, judge};
+use super::judge::{Checkpoint, go_on, judge, lacks, read};
 use super::run::{Outcome, STOP};
 use super::{Live, ScriptState, Settings};
 use crate::Error;
 use crate::engine::{Backend, Needs, Program, Reached};
 use crate::output::{Console, Report, RunSummary};
-use crate::script::{Interpreter, Source};
+use crate::scene::SceneBuilder;
+use crate::script::{Complaint, Interpreter, Source};
 use crate::system::{SimulationBox, State};
 
 /// A scene as commands have made it, without an engine.
@@ -25,6 +27,39 @@ impl Prepared {
         settings.check()?;
         let (_, end, ..) = judge(&Source::new(name, commands), settings, Console::discard())?;
         Ok(Self(end))
+    }
+
+    /// What a script file leaves at its end: all of it is judged and carried out, runs included, but no file is written. Dumps and
+    /// columns of its thermo table are forgotten. `None` where the user interrupted it.
+    pub fn at_end(script: &Path, settings: &Settings) -> Result<Option<Self>, Error> {
+        settings.check()?;
+        let settings = Settings { no_files: true, ..settings.clone() };
+        let source = read(script)?;
+        let (judged, end, checkpoint, _) = judge(&source, &settings, Console::discard())?;
+        let Some(Checkpoint { mut state, statement }) = checkpoint.filter(|_| judged.runs > 0) else {
+            end.scene.program(settings.search).map_err(|complaint| lacks(&source, "report", &complaint))?;
+            let complaint = Complaint::new(0, "the script has no run, so there is nothing to study");
+            return Err(lacks(&source, "report", &complaint).into());
+        };
+        let (backend, _) = settings.engine()?;
+        let mut live = Live::new(&settings, Console::discard(), backend, Report::new(), Instant::now());
+        if go_on(&mut state, statement, &mut live)? == Outcome::Interrupted {
+            return Ok(None);
+        }
+        // Runs end between list builds.
+        state.forget_output();
+        Ok(Some(Self(state)))
+    }
+
+    /// The scene, to be changed in ways that no command has.
+    pub(crate) fn scene_mut(&mut self) -> &mut SceneBuilder {
+        self.0.last_run = None;
+        self.0.continues = false;
+        &mut self.0.scene
+    }
+
+    pub(crate) fn scene(&self) -> &SceneBuilder {
+        &self.0.scene
     }
 
     pub fn state(&self) -> &State {

@@ -35,15 +35,15 @@ impl fmt::Display for Judged {
 }
 
 /// Reads a script file.
-fn read(script: &Path) -> Result<Arc<Source>, Error> {
+pub(super) fn read(script: &Path) -> Result<Arc<Source>, Error> {
     let bytes = std::fs::read(script).map_err(|e| Error::file(script, "cannot read", e))?;
     Ok(Source::from_bytes(script.display().to_string(), &bytes))
 }
 
 /// The point at which a script first needs more than judging: a run, or a file written.
 pub(super) struct Checkpoint {
-    state: ScriptState,
-    statement: Statement,
+    pub state: ScriptState,
+    pub statement: Statement,
 }
 
 /// A script with more commands than this, loops counted out, has no end.
@@ -211,7 +211,7 @@ fn start_of(source: &Arc<Source>, settings: &Settings, asker: &str) -> Result<Fi
 }
 
 /// A script without a run may lack things; that shows at its end.
-fn lacks(source: &Arc<Source>, asker: &str, complaint: &Complaint) -> InputError {
+pub(super) fn lacks(source: &Arc<Source>, asker: &str, complaint: &Complaint) -> InputError {
     let length = source.text.trim_end().len();
     InputError::new(source, Span::new(length, length), format!("{asker}: {}", complaint.message))
 }

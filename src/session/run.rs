@@ -191,6 +191,9 @@ impl From<Error> for RunError {
 
 /// Opens the dumps the script has defined since the last run.
 fn open_dumps(script: &ScriptState, live: &mut Live<'_>, facts: &Arc<SceneFacts>) -> Result<(), RunError> {
+    if live.settings.no_files {
+        return Ok(());
+    }
     for setup in &script.dumps {
         let id = &setup.command.id.text;
         if live.dumps.iter().any(|(open, _)| open == id) {
@@ -256,7 +259,7 @@ pub fn stop(why: Stop, script: &ScriptState, live: &mut Live<'_>, program: &Prog
     if let Some(advice) = fault.advice(live.settings.precision) {
         message += &format!("\n  {advice}");
     }
-    if let Some(good) = &fault.last_good {
+    if let Some(good) = fault.last_good.as_ref().filter(|_| !live.settings.no_files) {
         let path = good_state_path(live.settings.log.as_deref());
         match super::data::write_good_state(&path, script, good, program) {
             Ok(()) => {

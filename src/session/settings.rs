@@ -44,6 +44,8 @@ pub struct Settings {
     pub explain: bool,
     /// Nothing on the screen.
     pub quiet: bool,
+    /// What the script writes beside its log is left out: dumps, data files, tables, printed files, the last good state.
+    pub no_files: bool,
 }
 
 impl Settings {

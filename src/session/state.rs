@@ -45,6 +45,15 @@ impl ScriptState {
     }
 }
 
+impl ScriptState {
+    /// Dumps and the thermo table are as if no command had mentioned them; what becomes of lost atoms stays.
+    pub fn forget_output(&mut self) {
+        self.dumps.clear();
+        (self.thermo_every, self.thermo_style) = (0, ThermoStyleCommand::One);
+        self.thermo = ThermoTable::new(&self.thermo_style, self.scene.units);
+    }
+}
+
 impl<'a> Live<'a> {
     /// Nothing carried out yet.
     pub fn new(

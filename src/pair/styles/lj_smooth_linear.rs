@@ -23,7 +23,8 @@ pub struct Params<R> {
 
 impl PairStyle for Style {
     const NAME: &'static str = "lj/smooth/linear";
-    const FORMULA: &'static str = "V(r) - V(cutoff) - (r - cutoff) V'(cutoff), V = 4 epsilon ((sigma/r)^12 - (sigma/r)^6)";
+    const FORMULA: &'static str =
+        "V(r) - V(cutoff) - (r - cutoff) V'(cutoff), V = 4 epsilon ((sigma/r)^12 - (sigma/r)^6)";
     const SETTINGS: &'static [Coefficient] = &[];
     const COEFFICIENTS: &'static [Coefficient] = &[
         Coefficient { name: "epsilon", dimension: Dimension::ENERGY, mix: Mix::Energy, least: None },

@@ -1,0 +1,183 @@
+//! What each option of the scene costs: the time of a step with it over that without.
+
+use std::path::PathBuf;
+
+use super::measure::{self, number};
+use super::point::Point;
+use super::store::Table;
+use super::study::{Study, pair_commands};
+use crate::Error;
+use crate::bench::{Halt, go};
+use crate::dynamics::fixes;
+use crate::engine::Precision;
+use crate::session::{Driven, Prepared, Settings};
+use crate::system::{RanPark, Side};
+
+/// Time of a step with an option.
+pub static PRICES: Table = Table {
+    name: "prices",
+    keys: &["round", "option"],
+    values: &["compared_with", "steps", "microseconds_per_step", "same_program", "fault"],
+};
+
+/// The scene without any option, in the table.
+pub const PLAIN: &str = "the scene as it is";
+/// The same after options were switched on and off again.
+pub const OFF_AGAIN: &str = "all of these on, then off again";
+const OPEN: &str = "open along z, no walls";
+/// Types are dealt out with this seed.
+const SEED: u32 = 12345;
+/// What the cutoffs of like types have less and more than that of unlike ones: a list then has about as many pairs.
+const CUTOFF_STEP: f64 = 0.04;
+
+/// Something that a scene may switch on.
+pub struct Priced {
+    pub name: String,
+    /// The option whose time it is compared with.
+    pub base: &'static str,
+    change: fn(&mut Prepared),
+    /// `{FOLDER}` stands for a folder that is removed afterwards.
+    commands: String,
+}
+
+/// The options that this scene could switch on, the plain scene first.
+pub fn options(study: &Study) -> Vec<Priced> {
+    let nothing: fn(&mut Prepared) = |_| {};
+    let plain = |name: &str, commands: String| Priced { name: name.into(), base: PLAIN, change: nothing, commands };
+    let program = &study.program;
+    let mut all = vec![plain(PLAIN, String::new()), plain("energy and virial at every step", "thermo 1\n".into())];
+    let shift = if program.pair.shift { "no" } else { "yes" };
+    if study.jumps() {
+        all.push(plain(&format!("pair_modify shift {shift}"), format!("pair_modify shift {shift}\n")));
+    }
+    all.push(plain("fix gravity", "fix price_gravity all gravity 1e-9 vector 0 0 -1\n".into()));
+    let dump = "dump price_dump all custom 50 {FOLDER}/price.dump id type x y z\n";
+    all.push(plain("trajectory, text, every 50 steps", dump.into()));
+    if cfg!(feature = "chemfiles") {
+        let xtc = "dump price_dump all xtc 50 {FOLDER}/price.xtc\n";
+        all.push(plain("trajectory, xtc, every 50 steps", xtc.into()));
+    }
+    if program.pair.types == 1 && !program.pair.pairs[0].coefficients.is_empty() {
+        let two = |step: f64| two_types(study, step);
+        let change: fn(&mut Prepared) = deal_types;
+        all.push(Priced { name: "two types".into(), base: PLAIN, change, commands: two(0.0) });
+        let name = "two types, a cutoff for each pair of them".to_string();
+        all.push(Priced { name, base: "two types", change, commands: two(CUTOFF_STEP) });
+    }
+    if study.is_plain() && study.space.periodic(2) {
+        let lost = "thermo_modify lost ignore\n";
+        all.push(Priced { name: OPEN.into(), base: PLAIN, change: open_along_z, commands: lost.into() });
+        let walls = format!("{lost}fix price_walls all wall/reflect zlo EDGE zhi EDGE\n");
+        all.push(Priced { name: "walls along z".into(), base: OPEN, change: open_along_z, commands: walls });
+    }
+    let known = |style: &str| fixes().iter().any(|(name, _)| *name == style);
+    let (t, damp) = (study.temperature, 100.0 * program.timestep);
+    if study.is_plain() && t > 0.0 && known("langevin") {
+        let commands = format!("fix price_heat all langevin {t} {t} {damp} 4711\n");
+        all.push(plain("thermostat (fix langevin)", commands));
+    }
+    if study.is_plain() && t > 0.0 && known("nvt") {
+        let change: fn(&mut Prepared) = |prepared| prepared.scene_mut().fixes.clear();
+        let commands = format!("fix price_heat all nvt temp {t} {t} {damp}\n");
+        all.push(Priced { name: "thermostat (fix nvt)".into(), base: PLAIN, change, commands });
+    }
+    let own_shift = if program.pair.shift { "yes" } else { "no" };
+    let on_and_off = format!(
+        "thermo 1\npair_modify shift {shift}\nfix price_gravity all gravity 1e-9 vector 0 0 -1\n{dump}\
+         run 0\nthermo 0\npair_modify shift {own_shift}\nunfix price_gravity\nundump price_dump\n"
+    );
+    all.push(plain(OFF_AGAIN, on_and_off));
+    all
+}
+
+/// Coefficients of two types that are alike but for their cutoffs.
+fn two_types(study: &Study, step: f64) -> String {
+    let mut pair = study.program.pair.clone();
+    let one = pair.pairs[0].clone();
+    let with = |factor: f64| {
+        let mut of = one.clone();
+        of.cutoff *= factor;
+        of
+    };
+    pair.types = 2;
+    pair.pairs = vec![with(1.0 - step), with(1.0), with(1.0), with(1.0 + step)];
+    let commands = pair_commands(pair.style, &pair);
+    // The style stays what it is: its settings stand in the script.
+    commands.lines().filter(|line| line.starts_with("pair_coeff")).map(|line| format!("{line}\n")).collect()
+}
+
+/// A second type, like the first, for half of the atoms at random.
+fn deal_types(prepared: &mut Prepared) {
+    let scene = prepared.scene_mut();
+    let mass = scene.masses[0];
+    scene.masses.push(mass);
+    if let Some(pair) = &mut scene.pair {
+        pair.set_types(2);
+    }
+    let mut random = RanPark::new(SEED);
+    scene.state.kind.iter_mut().for_each(|kind| *kind = if random.uniform() < 0.5 { 1 } else { 2 });
+}
+
+/// Free sides along z in place of periodic ones.
+fn open_along_z(prepared: &mut Prepared) {
+    let scene = prepared.scene_mut();
+    if let Some(space) = &mut scene.space {
+        scene.state.settle(space);
+        space.sides[2] = [Side::Fixed; 2];
+    }
+}
+
+/// A folder of its own in the system's folder for such, removed when dropped.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new() -> Result<Self, Error> {
+        let path = std::env::temp_dir().join(format!("octant-report-{}", std::process::id()));
+        std::fs::create_dir_all(&path).map_err(|e| Error::file(&path, "cannot create the folder", e))?;
+        Ok(Self(path))
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Times the scene with an option.
+pub fn price(study: &Study, precision: Precision, option: usize, seconds: f64) -> Result<Vec<String>, Halt> {
+    let option = &options(study)[option];
+    let point = Point { policy: study.safe(), ..study.own(precision) };
+    let measured = || {
+        let scratch = Scratch::new()?;
+        // Faults leave the last good state beside the log.
+        let log = Some(scratch.0.join("log"));
+        let settings = Settings { no_files: false, log, ..study.settings(precision).clone() };
+        let (mut prepared, set_up) = study.variant(&point);
+        (option.change)(&mut prepared);
+        let mut driven = Driven::new(prepared, &settings)?;
+        go(&mut driven, &set_up)?;
+        go(&mut driven, &option.commands.replace("{FOLDER}", &scratch.0.display().to_string()))?;
+        let same = if option.name == OFF_AGAIN { is_plain(study, &point, &mut driven)? } else { "" };
+        let leg = measure::leg(&mut driven, seconds)?;
+        let step = number(1e6 * leg.seconds / leg.steps as f64);
+        Ok(vec![option.base.into(), leg.steps.to_string(), step, same.into(), String::new()])
+    };
+    match measured() {
+        Err(Halt::Error(Error::Fault(message))) => {
+            let fault = message.lines().next().unwrap_or_default().to_string();
+            Ok(vec![option.base.into(), String::new(), String::new(), String::new(), fault])
+        }
+        other => other,
+    }
+}
+
+/// Whether what runs is the same as if no option had ever been switched on: the step as data, and what the engine says of its kernels.
+fn is_plain<'a>(study: &'a Study, point: &Point, driven: &mut Driven<'a>) -> Result<&'static str, Halt> {
+    let mut plain = study.begin(point)?;
+    for engine in [&mut plain, &mut *driven] {
+        go(engine, "run 0")?;
+    }
+    let same = plain.program()? == driven.program()? && plain.backend().explain() == driven.backend().explain();
+    Ok(if same { "yes" } else { "no" })
+}
