@@ -104,7 +104,7 @@ fn by_definition(pair: &PairTable, state: &State, space: &SimulationBox) -> Exac
         within => (within + 0.5).ceil() as i32,
     });
     let (mut f, mut energy, mut squares) = (vec![Vec3::zeros(); state.len()], 0.0, 0.0);
-    for i in 0..state.len() {
+    for (i, total) in f.iter_mut().enumerate() {
         for j in 0..state.len() {
             let mut d = state.x[i] - state.x[j];
             for axis in (0..3).filter(|axis| space.periodic(*axis)) {
@@ -115,7 +115,7 @@ fn by_definition(pair: &PairTable, state: &State, space: &SimulationBox) -> Exac
                 if d.norm_squared() < most * most {
                     let kinds = [i, j].map(|k| state.kind[k] as usize - 1);
                     let value = pair.evaluate(kinds[0], kinds[1], d.norm()).unwrap();
-                    f[i] += d * value.force_over_r;
+                    *total += d * value.force_over_r;
                     energy += 0.5 * value.energy;
                     squares += (d * value.force_over_r).norm_squared();
                 }
