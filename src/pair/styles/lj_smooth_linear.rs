@@ -2,6 +2,7 @@
 //! potential of `lj/cut` (LAMMPS doc page `pair_lj_smooth_linear`; S. Toxvaerd and J. C. Dyre 2011, doi:10.1063/1.3558787). Energy
 //! and force both end at the cutoff without a step: what plain truncation does to energies and trajectories is not there.
 
+use super::lj_cut;
 use crate::pair::{Coefficient, Dimension, Mix, PairStyle, PairValue};
 use crate::real::{Convert, Real};
 
@@ -34,16 +35,16 @@ impl PairStyle for Style {
 
     fn params(c: &[f64], _: &[f64], cutoff: f64) -> Params<f64> {
         let (epsilon, sigma) = (c[0], c[1]);
-        let (sigma6, sigma12) = (sigma.powf(6.0), sigma.powf(12.0));
+        let lj = lj_cut::Style::params(c, &[], cutoff);
         // A pair that is switched off has no cutoff to be shifted at.
         let ratio6 = if cutoff > 0.0 { (sigma / cutoff).powf(6.0) } else { 0.0 };
         let energy = 4.0 * epsilon * ratio6 * (ratio6 - 1.0);
         let slope = if cutoff > 0.0 { 24.0 * epsilon * ratio6 * (2.0 * ratio6 - 1.0) / cutoff } else { 0.0 };
         Params {
-            force12: 48.0 * epsilon * sigma12,
-            force6: 24.0 * epsilon * sigma6,
-            energy12: 4.0 * epsilon * sigma12,
-            energy6: 4.0 * epsilon * sigma6,
+            force12: lj.force12,
+            force6: lj.force6,
+            energy12: lj.energy12,
+            energy6: lj.energy6,
             slope,
             offset: -energy - cutoff * slope,
         }
