@@ -7,9 +7,17 @@ enum Adds {
     ALL,      // all TOTALS
 };
 
+// Types whose numbers with the particle's own a thread holds in registers: with more of them, or in double precision, they are
+// looked up for each pair.
+#if TYPES == 1 || TYPES == 2 && defined(FIXED)
+#define HELD_TYPES TYPES
+#else
+#define HELD_TYPES 0
+#endif
+
 // Adds one pair to the sums of a row; returns whether it is near enough for the inner list.
 template <Adds ADDS>
-__device__ __forceinline__ bool add_pair(const Arrays& a, const Scene& s, const Slot& own, Slot q, u32 code, bool there, real unit_squared, real work_unit, const real* one, real f[3], real sums[TOTALS]) {
+__device__ __forceinline__ bool add_pair(const Arrays& a, const Scene& s, const Slot& own, Slot q, u32 code, bool there, real unit_squared, real work_unit, const real* mine, real f[3], real sums[TOTALS]) {
     real d[3];
 #ifdef FIXED
 #ifdef IMAGES
@@ -34,10 +42,13 @@ __device__ __forceinline__ bool add_pair(const Arrays& a, const Scene& s, const 
     const real squared = __dadd_rn(__dadd_rn(__dmul_rn(d[0], d[0]), __dmul_rn(d[1], d[1])), __dmul_rn(d[2], d[2]));
     const real r2 = squared;
 #endif
-#if TYPES > 1
-    const real* p = a.coefficients + ((u32)own.w * TYPES + (u32)q.w) * NUMBERS;
+#if HELD_TYPES == 1
+    const real* p = mine;
+#elif HELD_TYPES == 2
+    real p[NUMBERS];
+    for (u32 k = 0; k < NUMBERS; k++) p[k] = q.w != 0 ? mine[NUMBERS + k] : mine[k];
 #else
-    const real* p = one;
+    const real* p = a.coefficients + ((u32)own.w * TYPES + (u32)q.w) * NUMBERS;
 #endif
     bool in = r2 < p[0];
 #if !defined(FIXED) && PERIODIC
@@ -114,8 +125,9 @@ template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_force
     const Adds RECORDED = PRESSURE;
 #endif
     const Adds ADDS = THEN == KEEP ? ALL : THEN == RECORD ? RECORDED : NOTHING;
-    real one[NUMBERS];
-    for (u32 k = 0; k < NUMBERS; k++) one[k] = TYPES > 1 ? (real)0 : a.coefficients[k];
+    real mine[2 * NUMBERS] = {};
+    if (HELD_TYPES == 1)
+        for (u32 k = 0; k < NUMBERS; k++) mine[k] = a.coefficients[k];
     const real unit_squared = pinned((real)s.unit_squared), force_unit = pinned((real)s.force_unit);
     real work_unit = 1;
 #ifdef FIXED
@@ -132,6 +144,8 @@ template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_force
         // A thread has every LANES-th chunk of a row of the list, and a part of the inner list that is its own.
         const u32 count = FROM == NEAR ? kept_by(a, s, lane)[i] : a.neighbors[i];
         const u32 begin = FROM == NEAR ? 0 : lane * CHUNK, stride = FROM == NEAR ? CHUNK : LANES * CHUNK;
+        if (HELD_TYPES == 2)
+            for (u32 k = 0; k < 2 * NUMBERS; k++) mine[k] = a.coefficients[(u32)own.w * 2 * NUMBERS + k];
         real f[3] = {0, 0, 0}, sums[TOTALS] = {0};
         const Chunk* row = (FROM == NEAR ? inner_of(a) : a.list) + lane * s.pitch + i;
 #ifdef INNER
@@ -168,7 +182,7 @@ template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_force
                 }
 #pragma unroll
                 for (u32 m = 0; m < BATCH; m++) {
-                    const bool near = add_pair<ADDS>(a, s, own, q[m], code[m], first + batch + m < count, unit_squared, work_unit, one, f, sums);
+                    const bool near = add_pair<ADDS>(a, s, own, q[m], code[m], first + batch + m < count, unit_squared, work_unit, mine, f, sums);
 #ifdef INNER
                     if (FROM == PRUNE) keep(kept, stored_of(words, batch + m), near);
 #endif

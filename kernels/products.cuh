@@ -37,14 +37,17 @@ __device__ __noinline__ bool is_neighbor(const Arrays& a, const Scene& s, const 
 #define TILE 16
 #define TILES ((GROUP + TILE - 1) / TILE)
 // The part of a sum's largest term by which it may be off: products of halves are exact, at most 17 numbers are added, each
-// cut off after 23 bits; coordinates have 22 bits.
-#define TENSOR_ERROR 6e-6f
+// cut off after 23 bits; coordinates have 22 bits, with two types norms of candidates too.
+#define TENSOR_ERROR 6.5e-6f
 // Entries of a row that wait in shared memory, and more so that rows begin in different banks.
 #define ROOM (sizeof(Stored) == 8 ? 32 : 64)
 #define ROW (ROOM + CHUNK)
 
-// Types whose cutoffs fit into a matrix: a word of two halves each. With more of them every pair is tested exactly.
-#if defined(CUTOFFS) && TYPES <= 8
+// Types whose cutoffs fit into a matrix: two types into columns that are there anyway, more into one of their own, a word of two
+// halves each. With more than that every pair is tested exactly.
+#if defined(CUTOFFS) && TYPES == 2
+#define TWO_CUTOFFS
+#elif defined(CUTOFFS) && TYPES <= 8
 #define BY_TYPE
 #endif
 // One in both halves of a word.
@@ -132,22 +135,35 @@ __device__ __forceinline__ void put(u32 at, u64 entry, u32 there) {
 //   candidate    X  x'   Y  y'   Z  z'   N  N'       X    Y    Z   N''  1   1    1    0     N = |j|^2
 //
 // The product of two rows is |i - j|^2 less the squared cutoff, but for x' x' and the like, which are below the rounding.
+//
+// Where two types differ in cutoffs, n has that with the first type, by how much that with the second is smaller stands as two
+// halves where 1 meets N'' and 0 meets 0, and the candidate has 1 there, twice, if it is of the second type, 0 if not.
 __device__ __forceinline__ u32 third_half(float x, u32 two) { return half_of(x - float_of(two & 0xffff) - float_of(two >> 16)); }
 
 // Rows of the group's particles, a thread a row; those without a particle are far from everything.
-__device__ __forceinline__ void write_particle(Bench& w, u32 row, const float3& x, bool there, float squared_cutoff) {
+__device__ __forceinline__ void write_particle(Bench& w, u32 row, const float3& x, bool there, float squared_cutoff, float less) {
     const float norm = there ? x.x * x.x + x.y * x.y + x.z * x.z - squared_cutoff : 3e4f;
     const u32 hx = halves_of(-2 * x.x), hy = halves_of(-2 * x.y), hz = halves_of(-2 * x.z), hn = halves_of(norm);
     w.left[row] = make_uint4(__byte_perm(hx, 0, 0x1010), __byte_perm(hy, 0, 0x1010), __byte_perm(hz, 0, 0x1010), ONES);
-    w.right[row] = make_uint4(__byte_perm(hx, hy, 0x7632), __byte_perm(hz, ONES, 0x5432), hn, third_half(norm, hn));
+#ifdef TWO_CUTOFFS
+    const u32 hl = halves_of(less), last = hl & 0xffff0000u;
+#else
+    const u32 hl = ONES, last = 0;
+#endif
+    w.right[row] = make_uint4(__byte_perm(hx, hy, 0x7632), __byte_perm(hz, hl, 0x5432), hn, third_half(norm, hn) | last);
 }
 
 // A candidate's row.
-__device__ __forceinline__ void write_candidate(Bench& w, u32 row, const float3& x) {
+__device__ __forceinline__ void write_candidate(Bench& w, u32 row, const float3& x, int kind) {
     const float norm = x.x * x.x + x.y * x.y + x.z * x.z;
     const u32 hx = halves_of(x.x), hy = halves_of(x.y), hz = halves_of(x.z), hn = halves_of(norm);
     w.left[row] = make_uint4(hx, hy, hz, hn);
-    w.right[row] = make_uint4(__byte_perm(hx, hy, 0x5410), __byte_perm(hz, third_half(norm, hn), 0x5410), ONES, ONES & 0xffff);
+#ifdef TWO_CUTOFFS
+    const u32 second = kind != 0 ? ONES : 0, fourth = second, last = second & 0xffff0000u;
+#else
+    const u32 fourth = third_half(norm, hn), last = 0;
+#endif
+    w.right[row] = make_uint4(__byte_perm(hx, hy, 0x5410), __byte_perm(hz, fourth, 0x5410), ONES, (ONES & 0xffff) | last);
 }
 
 // Four matrices of 8 x 8 halves, from rows whose addresses the threads have.

@@ -21,6 +21,12 @@ struct Candidate {
     bool there;
 };
 
+// The squared neighbor cutoff of two types, in units of the matrix products.
+__device__ __forceinline__ float squared_cutoff(const Arrays& a, const Scene& s, u32 kind, u32 with) {
+    const Limit limit = a.limits[kind * TYPES + with];
+    return 0.5f * (limit.inner + limit.outer) * s.tensor_square;
+}
+
 // Rows of m particles from first_i on, all in one octant of a cell.
 __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, const Run& r, Bench& w, const u32 cell[3], u32 bucket, u32 lane, u32 first_i, u32 m, u64& entries, u64& tests, u32& most) {
     Group g;
@@ -51,20 +57,24 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
         reach = s.tensor_limit + band;
         // Halves end at 65504.
         g.band = furthest < 128.0f ? band : 3e38f;
-#if defined(CUTOFFS) && !defined(BY_TYPE)
+#if defined(CUTOFFS) && !defined(BY_TYPE) && !defined(TWO_CUTOFFS)
         g.band = 3e38f;
+#endif
+        float cutoff = s.tensor_limit, less = 0;
+#ifdef TWO_CUTOFFS
+        cutoff = squared_cutoff(a, s, own.w, 0);
+        less = cutoff - squared_cutoff(a, s, own.w, 1);
 #endif
 #ifdef BY_TYPE
         for (u32 t = 0; t < TILES; t++)
             for (u32 k = 0; k < 4; k++) {
                 const u32 row = t * TILE + k % 2 * 8 + (lane >> 2), with = (lane & 3) + k / 2 * 4;
                 const u32 kind = (u32)__shfl_sync(~0u, own.w, row);
-                const Limit limit = a.limits[kind * TYPES + (with < TYPES ? with : 0)];
-                g.cutoffs[t][k] = halves_of(s.tensor_limit - 0.5f * (limit.inner + limit.outer) * s.tensor_square);
+                g.cutoffs[t][k] = halves_of(s.tensor_limit - squared_cutoff(a, s, kind, with < TYPES ? with : 0));
             }
 #endif
         __syncwarp();
-        write_particle(w, lane, x, lane < m, s.tensor_limit);
+        write_particle(w, lane, x, lane < m, cutoff, less);
         __syncwarp();
         for (u32 t = 0; t < TILES; t++) {
             const u32 row = t * TILE + (lane & 15);
@@ -202,7 +212,7 @@ __device__ __forceinline__ void list_group(const Arrays& a, const Scene& s, cons
             if (own_at - base < 32) own = staged + __popc(bits & ((1u << (own_at - base)) - 1));
             if (close) {
                 const u32 place = (staged + __popc(bits & below)) % 64;
-                write_candidate(w, place, x);
+                write_candidate(w, place, x, c.q.w);
 #ifdef BY_TYPE
                 w.kind[place] = (unsigned char)c.q.w;
 #endif
