@@ -26,17 +26,23 @@ __device__ __forceinline__ u32 share_marks(const Arrays& a, Run& r, i64 step, u3
 extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) STEPS(const __grid_constant__ Arrays a, const __grid_constant__ Scene s, const __grid_constant__ Order o) {
     Control* c = a.control;
     u32 begin = c->begin, trouble = 0;
-    if (c->trouble || begin > BEGIN_PACK) return;
     u64 left = c->left;
+    if (c->trouble || begin > BEGIN_PACK || (begin == BEGIN_MOVED && left == 0)) return;
+    const u32 carried = c->carried;
 #ifdef RECORDS
     const u32 first_record = c->recorded;
 #endif
     Run r = begin_run(a);
-    // The inner list is of no launch before this one.
+    // The inner list is of no launch before this one, but where that has left off between two steps.
     bool prune = true;
     // Marks of the step that is looked at next.
     u32 marks = 0;
-    if (begin == BEGIN_MOVE) {
+    if (begin == BEGIN_MOVED) {
+        r.step++;
+        marks = carried;
+        prune = marks & MARK_PRUNE;
+        begin = BEGIN_MOVE;
+    } else if (begin == BEGIN_MOVE) {
         if (left != 0) {
             if (THREAD == 0) c->marks[(r.step + 2) % MARKS] = 0;
             r.step++;
@@ -98,7 +104,7 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) STEPS(const
         }
         begin = BEGIN_MOVE;
         // Where steps are left, this one has begun: a set-up, which has none, is the only place where forces come first.
-        if (left == 0) {
+        if (left == 0 && !o.goes_on) {
             marks = share_marks(a, r, r.step + 1, pair_forces<STAY>(a, s, r));
             begin = BEGIN_END;
         } else {
@@ -136,7 +142,13 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) STEPS(const
 #ifdef RECORDS
         if (left != 0 && r.step == next) recorded++, next += o.record_stride;
 #endif
-        if (left != 0) r.step++;
+        if (left != 0) {
+            r.step++;
+        } else if (o.goes_on) {
+            if (THREAD == 0) c->carried = marks;
+            begin = BEGIN_MOVED;
+            break;
+        }
     }
 #ifdef RECORDS
     if (THREAD == 0) c->recorded = recorded, c->record_blocks = gridDim.x;

@@ -26,16 +26,19 @@ impl Engine {
     /// Runs steps in launches of bounded length; what `needs` asks for is computed at the last step.
     pub fn advance(&mut self, steps: u64, needs: Needs, stop: &AtomicBool) -> Result<Reached, Stop> {
         self.ask(needs);
-        let mut left = steps;
+        let (mut left, mut begin) = (steps, BEGIN_MOVE);
         while left > 0 {
             let now = left.min(self.steps_in_launch());
             let end = now == left;
-            let (sums, finish) = ((end && needs.sums()).into(), end.into());
+            // What thermostats keep is read between launches, of the step that is behind.
+            let moves_on = !end && self.thermostats.is_empty();
+            let (sums, finish, goes_on) = ((end && needs.sums()).into(), end.into(), moves_on.into());
             let clock = Instant::now();
-            (self.control.left, self.control.begin) = (now, BEGIN_MOVE);
-            self.go(Order { sums, finish, ..Order::default() })?;
+            (self.control.left, self.control.begin) = (now, begin);
+            self.go(Order { sums, finish, goes_on, ..Order::default() })?;
             self.seconds_per_step = clock.elapsed().as_secs_f64() / now as f64;
             left -= now;
+            begin = if moves_on { BEGIN_MOVED } else { BEGIN_MOVE };
             if stop.load(Ordering::Relaxed) {
                 return self.interrupt(end && needs.sums());
             }
@@ -56,10 +59,14 @@ impl Engine {
         (bound as u64).max(1)
     }
 
-    /// Ends at the current step, all of whose sums whoever looks at it may want; they may be there.
+    /// Ends at the current step, or the next one where particles are on their way to it, all of whose sums whoever looks at it
+    /// may want; they may be there.
     pub(super) fn interrupt(&mut self, summed: bool) -> Result<Reached, Stop> {
         self.tensor = true;
-        if !summed {
+        if self.control.begin == BEGIN_MOVED {
+            self.control.left = 1;
+            self.go(Order { sums: 1, finish: 1, ..Order::default() })?;
+        } else if !summed {
             self.control.begin = BEGIN_FORCE;
             self.go(Order { sums: 1, finish: 1, ..Order::default() })?;
         }
@@ -71,7 +78,7 @@ impl Engine {
         loop {
             self.launch(&order)?;
             let Control { trouble, begin, .. } = self.control;
-            if trouble == 0 && begin == BEGIN_END {
+            if trouble == 0 && (begin == BEGIN_END || begin == BEGIN_MOVED) {
                 return Ok(());
             }
             if trouble == 0 {

@@ -66,14 +66,16 @@ macro_rules! numbers {
 numbers! {
     /// What comes next.
     BEGIN_MOVE = 0;
-    BEGIN_FORCE = 1;
+    /// Particles have moved on to the next step already.
+    BEGIN_MOVED = 1;
+    BEGIN_FORCE = 2;
     /// As BEGIN_FORCE, after the host has changed positions.
-    BEGIN_PACK = 2;
-    BEGIN_BUILD = 3;
-    BEGIN_LIST = 4;
+    BEGIN_PACK = 3;
+    BEGIN_BUILD = 4;
+    BEGIN_LIST = 5;
     /// Forces of the last step, with energy and virial.
-    BEGIN_SUMS = 5;
-    BEGIN_END = 6;
+    BEGIN_SUMS = 6;
+    BEGIN_END = 7;
     /// Why a launch came back early: bits.
     TROUBLE_POSITION = 1;
     TROUBLE_LOST = 2;
@@ -133,6 +135,8 @@ layout! {
         pub finish: u32,
         /// The build is that of a set-up.
         pub set_up: u32,
+        /// Steps follow those that are left: the last of them moves the particles on to the next.
+        pub goes_on: u32,
     }
 
     /// What the device writes and the host reads between launches.
@@ -163,6 +167,8 @@ layout! {
         /// Work that warps have taken in the list build, beyond the first of each.
         pub taken: u32,
         pub marks: [u32; MARKS as usize],
+        /// Marks of the motion that a launch has left off after.
+        pub carried: u32,
         /// Which of the two words of the barrier is next.
         pub turn: u32,
         pub barrier: [u64; 2],
@@ -256,6 +262,6 @@ mod tests {
         );
         assert!(text.contains("static_assert(sizeof(Limit) == 16,"), "{text}");
         assert!(Scene::text().contains("double lo[3];"));
-        assert!(numbers_text().contains("#define BEGIN_LIST 4u"));
+        assert!(numbers_text().contains("#define BEGIN_LIST 5u"));
     }
 }

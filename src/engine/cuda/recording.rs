@@ -65,7 +65,7 @@ impl Engine {
         (self.control.left, self.control.begin) = (steps, BEGIN_MOVE);
         let sums = needs.sums().into();
         let clock = Instant::now();
-        let gone = self.go(Order { record_first: first, record_stride: stride, sums, finish: 1, set_up: 0 });
+        let gone = self.go(Order { record_first: first, record_stride: stride, sums, finish: 1, ..Order::default() });
         // Whatever became of the rest, steps that have been recorded are behind.
         let passed = std::mem::take(&mut self.recorded).into_iter();
         records.extend((0..).zip(passed).map(|(k, sums)| Record { step: first + k * stride, sums }));
