@@ -76,14 +76,14 @@ __device__ __forceinline__ bool add_pair(const Arrays& a, const Scene& s, const 
     real force, energy;
     if (ADDS != NOTHING) pair_both(r2, p, &force, &energy);
     else pair_force(r2, p, &force);
-    force = in ? force : (real)0;
-    // What is added up beside forces must not show in them: the compiler makes one operation of the first line, and is not to
-    // make two of the second because the product has another use.
-    for (u32 axis = 0; axis < 3; axis++) {
-        if (ADDS == NOTHING) f[axis] += force * d[axis];
-        else f[axis] = fma(force, d[axis], f[axis]);
-    }
-    if (ADDS != NOTHING) {
+    // What is added up beside forces must not show in them: each component takes one operation, whatever use the product has.
+    if (ADDS == NOTHING) {
+        // Three instructions under a condition, and none that makes a zero.
+        if (in)
+            for (u32 axis = 0; axis < 3; axis++) f[axis] = fma(force, d[axis], f[axis]);
+    } else {
+        force = in ? force : (real)0;
+        for (u32 axis = 0; axis < 3; axis++) f[axis] = fma(force, d[axis], f[axis]);
         sums[0] += in ? energy : (real)0;
 #ifdef FIXED
         // In squares of a quantum a virial is no f32 where the force still is one.
@@ -161,9 +161,15 @@ template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_force
         if (FROM != PRUNE) asm volatile("// pair loop");
         for (u32 first = begin; first < count; first += stride) {
             const Words words = coming;
+#ifdef FIXED
+            const u32 place = 0, end = count - first;
+#else
+            // One register less.
+            const u32 place = first, end = count;
+#endif
             row += s.pitch * LANES;
-            if (first + stride < count) coming = stream(row);
-            if (AHEAD > 0 && first + (AHEAD + 1) * stride < count) prefetch(row + AHEAD * s.pitch * LANES);
+            if (place + stride < end) coming = stream(row);
+            if (AHEAD > 0 && place + (AHEAD + 1) * stride < end) prefetch(row + AHEAD * s.pitch * LANES);
 #pragma unroll
             for (u32 batch = 0; batch < CHUNK; batch += BATCH) {
                 // Beyond the end of a row stand entries that are no neighbors, but places of particles: worked out for nothing
@@ -182,7 +188,7 @@ template <Then THEN, From FROM = LIST> __device__ __forceinline__ u32 pair_force
                 }
 #pragma unroll
                 for (u32 m = 0; m < BATCH; m++) {
-                    const bool near = add_pair<ADDS>(a, s, own, q[m], code[m], first + batch + m < count, unit_squared, work_unit, mine, f, sums);
+                    const bool near = add_pair<ADDS>(a, s, own, q[m], code[m], place + batch + m < end, unit_squared, work_unit, mine, f, sums);
 #ifdef INNER
                     if (FROM == PRUNE) keep(kept, stored_of(words, batch + m), near);
 #endif

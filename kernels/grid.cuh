@@ -31,6 +31,12 @@ __device__ __forceinline__ u32* runs_of(const Arrays& a, u32 home) { return a.ru
 __device__ __forceinline__ Entry entry_of(u32 stored, const u32* runs) { return runs[stored >> PLACE_BITS] + stored; }
 #endif
 
+__device__ __forceinline__ u32 shared_address(const void* p) {
+    u64 address;
+    asm("cvta.to.shared.u64 %0, %1;" : "=l"(address) : "l"(p));
+    return (u32)address;
+}
+
 // A number converted here, and not again wherever it is used.
 __device__ __forceinline__ float pinned(float x) {
     asm volatile("" : "+f"(x));

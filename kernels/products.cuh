@@ -112,12 +112,6 @@ __device__ __forceinline__ u32 halves_of(float x) {
     return half_of(x - float_of(high)) << 16 | high;
 }
 
-__device__ __forceinline__ u32 shared_address(const void* p) {
-    u64 address;
-    asm("cvta.to.shared.u64 %0, %1;" : "=l"(address) : "l"(p));
-    return (u32)address;
-}
-
 __device__ __forceinline__ void put(u32 at, u32 entry, u32 there) {
     asm volatile("{\n.reg .pred p;\nsetp.ne.u32 p, %2, 0;\n@p st.shared.u32 [%0], %1;\n}" ::"r"(at), "r"(entry), "r"(there) : "memory");
 }

@@ -16,32 +16,42 @@ __device__ __forceinline__ Words stream(const Chunk* from) {
     return to;
 }
 
-// What neighbors are read with: every slot is read by many rows, those of the next layers of cells too, while more than the
-// second-level cache holds passes by that is read once. Slots are the last to leave it.
+// In a large scene every slot is read by many rows, those of the next layers of cells too, while more than the second-level cache
+// holds passes by that is read once: slots are then the last to leave it (LASTING), which costs an instruction a neighbor.
+#if defined(LASTING) && __CUDA_ARCH__ < 800
+#undef LASTING
+#endif
+
+// What neighbors are read with.
 __device__ __forceinline__ u64 lasting() {
     u64 policy = 0;
-#if __CUDA_ARCH__ >= 800
+#if defined(LASTING) && __CUDA_ARCH__ == 900
+    // What the instruction below makes there. As a constant it needs no registers that have to be copied for every read.
+    policy = 0x14f0000000000000ull;
+#elif defined(LASTING)
     asm volatile("createpolicy.fractional.L2::evict_last.b64 %0, 1.0;" : "=l"(policy));
 #endif
     return policy;
 }
 
-// A neighbor's slot; `slots` is an address in a register, not something to be worked out for each of them.
+// A neighbor's slot; `slots` is an address in a register, not something to be worked out for each of them. One read: not all of it
+// may be asked for.
 __device__ __forceinline__ Slot gather(const Slot* slots, u32 place, u64 policy) {
     asm volatile("" : "+l"(slots));
     const Slot* from = slots + place;
-#if __CUDA_ARCH__ >= 800
     Slot q;
-#ifdef FIXED
+#if defined(FIXED) && defined(LASTING)
     asm volatile("ld.global.L2::cache_hint.v4.s32 {%0, %1, %2, %3}, [%4], %5;" : "=r"(q.x), "=r"(q.y), "=r"(q.z), "=r"(q.w) : "l"(from), "l"(policy) : "memory");
-#else
+#elif defined(FIXED)
+    asm volatile("ld.global.v4.s32 {%0, %1, %2, %3}, [%4];" : "=r"(q.x), "=r"(q.y), "=r"(q.z), "=r"(q.w) : "l"(from) : "memory");
+#elif defined(LASTING)
     asm volatile("ld.global.L2::cache_hint.v2.f64 {%0, %1}, [%2], %3;" : "=d"(q.x), "=d"(q.y) : "l"(from), "l"(policy) : "memory");
     asm volatile("ld.global.L2::cache_hint.v2.f64 {%0, %1}, [%2 + 16], %3;" : "=d"(q.z), "=d"(q.w) : "l"(from), "l"(policy) : "memory");
+#else
+    asm volatile("ld.global.v2.f64 {%0, %1}, [%2];" : "=d"(q.x), "=d"(q.y) : "l"(from) : "memory");
+    asm volatile("ld.global.v2.f64 {%0, %1}, [%2 + 16];" : "=d"(q.z), "=d"(q.w) : "l"(from) : "memory");
 #endif
     return q;
-#else
-    return *from;
-#endif
 }
 
 // Into the second-level cache.
@@ -61,17 +71,15 @@ __device__ __forceinline__ Stored stored_of(const Words& words, u32 m) {
 // Each thread's own copy of the runs that its particle sees, apart by 32: in a bank of its own, so that a look-up is one access
 // whatever the particles of a warp see.
 #define RUN_BYTES (32 * (u32)sizeof(u32))
-
-__device__ __forceinline__ char* copies_of_runs() {
-    __shared__ u32 copies[BLOCK / 32][RUNS][32];
-    return (char*)copies;
-}
 #endif
 
-// Where a thread's copy begins, in bytes. Where a run lies in it is but a few bits of that, all zero here.
+// Where a thread's copy begins in shared memory. Where a run lies in it is but a few bits of that address, all zero here.
 __device__ __forceinline__ u32 own_runs() {
 #ifdef SHORT
-    return threadIdx.x / 32 * (RUNS * RUN_BYTES) + threadIdx.x % 32 * (u32)sizeof(u32);
+    // Room to begin at a multiple of a warp's part: what the compiler aligns it to is not that of the address.
+    const u32 part = RUNS * RUN_BYTES;
+    __shared__ u32 copies[BLOCK / 32 + 1][RUNS][32];
+    return (shared_address(copies) + part - 1) / part * part + threadIdx.x / 32 * part + threadIdx.x % 32 * (u32)sizeof(u32);
 #else
     return 0;
 #endif
@@ -80,11 +88,10 @@ __device__ __forceinline__ u32 own_runs() {
 __device__ __forceinline__ void copy_runs(const Arrays& a, u32 i, u32 own) {
 #ifdef SHORT
     const uint4* seen = (const uint4*)runs_of(a, a.homes[i]);
-    u32* copy = (u32*)(copies_of_runs() + own);
     for (u32 k = 0; k < RUNS / 4; k++) {
         const uint4 four = seen[k];
         const u32 of[4] = {four.x, four.y, four.z, four.w};
-        for (u32 m = 0; m < 4; m++) copy[(4 * k + m) * 32] = of[m];
+        for (u32 m = 0; m < 4; m++) asm volatile("st.shared.u32 [%0], %1;" ::"r"(own | (4 * k + m) * RUN_BYTES), "r"(of[m]));
     }
 #endif
 }
@@ -95,7 +102,9 @@ __device__ __forceinline__ Entry entry_of(const Words& words, u32 m, u32 own) {
     // The run's number times RUN_BYTES out of the word in one shift.
     const u32 run = word >> (m % 2 * 16 + PLACE_BITS - 7) & (RUNS - 1) * RUN_BYTES;
     static_assert(RUN_BYTES == 1 << 7 && PLACE_BITS >= 7, "the shift is for other lengths");
-    return *(const u32*)(copies_of_runs() + (own | run)) + stored;
+    u32 begin;
+    asm volatile("ld.shared.u32 %0, [%1];" : "=r"(begin) : "r"(own | run));
+    return begin + stored;
 #else
     return words.chunk.entry[m];
 #endif

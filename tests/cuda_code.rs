@@ -29,7 +29,7 @@ fn recording_ptx(program: &Program, scene: &(State, SimulationBox), precision: P
 
 /// Lennard-Jones particles of so many types; with one type coordinates go around with the box.
 fn lennard_jones(types: usize) -> Program {
-    program(&[2.5, 2.0][..types], 0.3, Search::Trimmed)
+    program(&[2.5, 2.0, 2.2][..types], 0.3, Search::Trimmed)
 }
 
 /// Opcodes of the shortest pair loop, which is that without energy and virial.
@@ -133,10 +133,14 @@ fn one_type_loads_the_list_and_slots_alone() {
         let one = step_content(&ptx_of(&lennard_jones(1), &scene, precision));
         let alone = one.entries * (4 + slot);
         assert_eq!((one.force.bytes, one.sums.bytes), (alone, alone), "{precision:?}");
-        // The cutoff and two coefficients of each pair of types.
-        let real = if precision == Precision::Double { 8 } else { 4 };
-        let two = step_content(&ptx_of(&lennard_jones(2), &scene, precision));
-        assert!(two.force.bytes >= alone + two.entries * 3 * real, "{precision:?}: {two:?}");
+        // The cutoff and two coefficients of each pair of types, unless a thread holds those of its particle with both types.
+        let (real, held) = if precision == Precision::Double { (8, 1) } else { (4, 2) };
+        for types in [2, 3] {
+            let several = step_content(&ptx_of(&lennard_jones(types), &scene, precision));
+            let looked_up = if types > held { several.entries * 3 * real } else { 0 };
+            assert!(several.force.bytes >= alone + looked_up, "{precision:?}, {types} types: {several:?}");
+            assert!(types > held || several.force.bytes == alone, "{precision:?}, {types} types: {several:?}");
+        }
     }
 }
 

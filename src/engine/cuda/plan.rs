@@ -24,6 +24,9 @@ const MOST_SHORT_LANES: u32 = 2;
 /// From this part of the widest cutoff on a skin is wide enough that an inner list saves more than it costs to make.
 const WIDE_SKIN: f64 = 0.2;
 
+/// Bytes of slots that stay in the second-level cache by themselves: half of an H100's.
+const CACHED_SLOTS: u64 = 25 << 20;
+
 /// The skin of the inner list as a part of the list's: the fastest of those tried, flat from 0.25 to 0.35.
 const INNER_PART: f64 = 0.35;
 
@@ -152,6 +155,7 @@ impl Plan {
             && !shape.midplane
             && buckets <= n as u64
             && visit_starts.windows(2).all(|pair| pair[1] - pair[0] <= RUNS);
+        shape.lasting = n as u64 * shape.slot().1 as u64 > CACHED_SLOTS;
         let storage = storage_bins(given, radius);
         shape.storage_sort &= storage.is_some();
         let storage_bins = storage.unwrap_or([1; 3]);

@@ -25,6 +25,8 @@ pub struct Shape {
     pub short_entries: bool,
     /// Between builds forces are of an inner list, of those pairs that can come within the cutoff in a few steps.
     pub inner: bool,
+    /// What neighbors read of particles is kept in the second-level cache before all else.
+    pub lasting: bool,
     /// Fixed-point units differ between axes.
     pub scaled: bool,
     /// Cells far apart share a place in the table.
@@ -81,6 +83,7 @@ impl Shape {
             wide_entries: false,
             short_entries: false,
             inner: false,
+            lasting: false,
             scaled: false,
             folded: false,
             curve: program.search.order() == CellOrder::Curve,

@@ -156,6 +156,7 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("CURVE", shape.curve),
         ("SHORT", shape.short_entries),
         ("INNER", shape.inner),
+        ("LASTING", shape.lasting),
         ("COMPACT", shape.compact),
         ("MIDPLANE", shape.midplane),
         ("CUTOFFS", shape.cutoffs),
