@@ -232,9 +232,11 @@ def test_what_is_gathered() -> None:
 
 
 def test_a_bundle_that_is_too_large_names_its_largest_files(tmp_path: Path) -> None:
-    (tmp_path / "suites").mkdir()
-    (tmp_path / "suites" / "physics").write_bytes(bytes(3 * 2**20))
-    (tmp_path / "run.sh").write_bytes(bytes(10))
-    assert make.size(tmp_path, 4 * 2**20)[1]
-    words, fits = make.size(tmp_path, 2 * 2**20)
-    assert not fits and "3.0 MiB, allowed are 2.0" in words and "suites/physics 3.0" in words
+    folder, packed = tmp_path / "folder", tmp_path / "folder.tar.gz"
+    (folder / "suites").mkdir(parents=True)
+    (folder / "suites" / "physics").write_bytes(bytes(5 * 2**20))
+    (folder / "run.sh").write_bytes(bytes(10))
+    packed.write_bytes(bytes(3 * 2**20))
+    assert make.size(packed, folder, 4 * 2**20)[1]
+    words, fits = make.size(packed, folder, 2 * 2**20)
+    assert not fits and "3.0 MiB, allowed are 2.0" in words and "suites/physics 5.0" in words
