@@ -78,7 +78,8 @@ __device__ __forceinline__ bool add_pair(const Arrays& a, const Scene& s, const 
     else pair_force(r2, p, &force);
     // What is added up beside forces must not show in them: each component takes one operation, whatever use the product has.
     if (ADDS == NOTHING) {
-        // Three instructions under a condition, and none that makes a zero.
+        // Three instructions under a condition, and none that makes a zero; not a branch that the force is worked out behind.
+        force = pinned(force);
         if (in)
             for (u32 axis = 0; axis < 3; axis++) f[axis] = fma(force, d[axis], f[axis]);
     } else {
