@@ -147,8 +147,8 @@ fn features(unit: &Unit) -> Vec<String> {
 /// Numbers that differ from scene to scene and choose no code.
 const NUMBERS: [&str; 3] = ["SLICES", "INDEX_BITS", "BATHS"];
 
-/// Scenes whose kernels are compiled for every architecture in every precision: the main one, with one type and a list of short entries,
-/// and one of several types with masses and cutoffs of their own.
+/// Scenes whose kernels are compiled for every architecture in every precision: the main one, that most is measured of, and one of several
+/// types with cutoffs of their own.
 const WHOLE: [&str; 2] = ["inputs/melt.in", "inputs/mixture.in"];
 
 /// A unit by its place, and an architecture to compile it for.

@@ -290,7 +290,25 @@ impl Facts<'_> {
              Where a potential is cut off plainly, every pair that crosses the cutoff in a step is kicked with the whole force too early or too \
              late: errors of that kind are of first order and have random signs; they are small, and show at small steps first.".into(),
         ));
+        blocks.extend(self.truncation().map(Block::Text));
         charts::order(self, blocks)
+    }
+
+    /// What plain truncation makes of the order, as measured at the two smallest steps.
+    fn truncation(&self) -> Option<String> {
+        let (plain, shifted) = (self.convergence("own", "own"), self.convergence("force-shifted", "own"));
+        let ([a, b, ..], [c, d, ..]) = (&plain[..], &shifted[..]) else { return None };
+        let slope = |a: (f64, f64), b: (f64, f64)| order(&[a, b]).map(|(slope, _)| slope);
+        let (own, other) = slope(*a, *b).zip(slope(*c, *d)).filter(|_| (a.0, b.0) == (c.0, d.0))?;
+        Some(format!(
+            "Measured: between the two smallest steps, dt {} and {}, the order is {} as the script cuts off and {} force-shifted; at the \
+             smaller one the error is {} times that of the force-shifted potential.",
+            short(a.0),
+            short(b.0),
+            format_g(own, 0, 3, false),
+            format_g(other, 0, 3, false),
+            format_g(a.1 / c.1, 0, 3, false)
+        ))
     }
 
     /// Time steps up to the script's, and trajectory errors, in the most exact precision measured of them.

@@ -78,8 +78,9 @@ impl Facts<'_> {
         blocks.push(Block::Text(format!(
             "Drifts are per atom and time unit, slopes of straight lines over a time of {} with standard errors that know of correlation; \
              fluctuations are per atom, RMS about that line. D is of the whole scene, energy units squared a time unit; measured, it is how \
-             fast the variance of two energies grows from times between them of a fortieth of the run to those of an eighth (quick: not at all). A walk makes a drift too: of the order of its RMS over the \
-             length of the run.",
+             fast the variance of two energies grows from times between them of a fortieth of the run to those of an eighth, where the \
+             integrator's own noise is forgotten within the shorter one (in quick studies it is not). A walk makes a drift too: of the order of \
+             its RMS over the length of the run.",
             short(self.plan.energy_time())
         )));
         charts::energy(self, blocks)
