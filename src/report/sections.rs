@@ -1,7 +1,7 @@
 //! What the page says of energies, lists, averages and prices.
 
 use super::charts;
-use super::content::{Facts, maybe, short, table, with_error};
+use super::content::{Facts, maybe, named, short, table, with_error};
 use super::cutoff;
 use super::front::{Found, SAFE};
 use super::measure::{ENERGIES, MISSING};
@@ -46,8 +46,8 @@ impl Facts<'_> {
             let walked_error = number("walk_error").map(|d| d * atoms * atoms);
             let rms = number("walk_predicted").zip(number("time")).map(|(d, t)| (d * t).sqrt());
             vec![
-                text("potential"),
-                text("integrator"),
+                named(row.text("potential")),
+                named(row.text("integrator")),
                 text("precision"),
                 text("dt"),
                 text("rebuild"),
@@ -147,8 +147,8 @@ impl Facts<'_> {
         let rows = self.store.rows(&ENERGIES).filter(|row| row.text("fault").is_empty()).map(|row| {
             let text = |column: &str| row.text(column).to_string();
             let mut cells = vec![
-                text("potential"),
-                text("integrator"),
+                named(row.text("potential")),
+                named(row.text("integrator")),
                 text("precision"),
                 text("dt"),
                 text("rebuild"),
