@@ -24,11 +24,11 @@ pub enum Block {
     },
 }
 
-const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:84rem;margin:2rem auto;padding:0 1rem;color:#222;background:#fff}\
+const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:92rem;margin:2rem auto;padding:0 1rem;color:#222;background:#fff}\
 p,figure{max-width:60rem}h1{font-size:1.6rem}h2{font-size:1.25rem;margin-top:2.2rem;border-bottom:1px solid #ddd}\
 .advice{font-size:1.1rem;padding:.8rem 1rem;background:#eef5fa;border-left:4px solid #0072b2}\
 .wide{overflow-x:auto}table{border-collapse:collapse;font-size:.85rem;margin:.8rem 0}th,td{padding:.2rem .55rem;border-bottom:1px solid #ddd;\
-text-align:left;vertical-align:bottom}td{white-space:nowrap}td.t{white-space:normal;min-width:24rem}\
+text-align:left;vertical-align:bottom}td{white-space:nowrap;vertical-align:top}td.t{white-space:normal;min-width:24rem}\
 .n{text-align:right;font-variant-numeric:tabular-nums}th{border-bottom:2px solid #999}\
 figure{margin:1.2rem 0}figure svg{max-width:100%;height:auto}figcaption{font-size:.9rem;color:#555}";
 
