@@ -5,7 +5,7 @@ mod common;
 #[path = "common/kernels.rs"]
 mod kernels;
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -96,7 +96,8 @@ fn scenes() -> Vec<Scene> {
 fn inputs() -> Vec<Scene> {
     let entries = std::fs::read_dir("inputs").unwrap().map(|entry| entry.unwrap().path());
     let mut scripts: Vec<PathBuf> = entries.filter(|path| path.extension().is_some_and(|e| e == "in")).collect();
-    scripts.sort();
+    let whole = |path: &PathBuf| WHOLE.iter().any(|scene| path.ends_with(scene));
+    scripts.sort_by_key(|path| (!whole(path), path.clone()));
     assert!(scripts.len() >= 10, "{scripts:?}");
     scripts.iter().map(|script| input(script)).collect()
 }
@@ -112,31 +113,18 @@ fn input(script: &Path) -> Scene {
     (name, run.program, run.state, run.simulation_box)
 }
 
-/// Kernels to compile, with the name of the first scene and precision that has them.
-struct Work {
-    name: String,
-    unit: Unit,
-    architecture: &'static str,
-}
-
-/// Every text of kernels once: those of whole scenes for every architecture, others for the oldest and the newest.
-fn work() -> Vec<Work> {
+/// Every text of kernels once, with the name of the first scene and precision that has it.
+fn all_units() -> Vec<(String, Unit)> {
     let mut known = HashSet::new();
     let mut all = Vec::new();
-    let ends = [ARCHITECTURES[0], ARCHITECTURES[ARCHITECTURES.len() - 1]];
     // Either kind of scenes is recorded in one of the two ways.
-    for (scenes, architectures, tensor) in [(inputs(), &ARCHITECTURES[..], false), (scenes(), &ends, true)] {
+    for (scenes, tensor) in [(inputs(), false), (scenes(), true)] {
         for (name, program, state, space) in &scenes {
             for precision in Precision::ALL {
                 let recording = recording_unit_of(program, state, space, precision, tensor);
                 for unit in units_of(program, state, space, precision).into_iter().chain([recording]) {
                     if known.insert(unit.clone()) {
-                        let work = |architecture: &&'static str| Work {
-                            name: format!("{name}, {precision:?}, {architecture}, {}", unit.kernels[0]),
-                            unit: unit.clone(),
-                            architecture,
-                        };
-                        all.extend(architectures.iter().map(work));
+                        all.push((format!("{name}, {precision:?}, {}", unit.kernels[0]), unit));
                     }
                 }
             }
@@ -145,16 +133,88 @@ fn work() -> Vec<Work> {
     all
 }
 
+/// What a scene may have or not, of a unit: switches, numbers that code is chosen by, number types, potential, fixes.
+fn features(unit: &Unit) -> Vec<String> {
+    let generated = unit.text.split("#line").next().unwrap_or_default();
+    let is = |line: &&str| {
+        let number = |name: &str| line.starts_with(&format!("#define {name} "));
+        ["#define ", "typedef "].iter().any(|start| line.starts_with(start)) && !NUMBERS.into_iter().any(number)
+            || line.contains("// ")
+    };
+    generated.lines().filter(is).map(|line| format!("{}: {}", unit.kernels[0], line.trim())).collect()
+}
+
+/// Numbers that differ from scene to scene and choose no code.
+const NUMBERS: [&str; 3] = ["SLICES", "INDEX_BITS", "BATHS"];
+
+/// Scenes whose kernels are compiled for every architecture in every precision: the main one, that most is measured of, and one of several
+/// types with cutoffs of their own.
+const WHOLE: [&str; 2] = ["inputs/melt.in", "inputs/mixture.in"];
+
+/// A unit by its place, and an architecture to compile it for.
+type Pair = (usize, &'static str);
+
+/// Each unit for one architecture, in turns but for what that has met of the unit's features; then what is left, so that each kernel with
+/// each feature is compiled for every architecture.
+fn pairs(units: &[(String, Unit)]) -> Vec<Pair> {
+    let features: Vec<Vec<String>> = units.iter().map(|(_, unit)| features(unit)).collect();
+    let (mut met, mut all) = (HashSet::new(), Vec::new());
+    for (k, (name, _)) in units.iter().enumerate() {
+        let fresh = |of: &&str| features[k].iter().filter(|feature| !met.contains(&(feature.as_str(), *of))).count();
+        let turns = (0..ARCHITECTURES.len()).map(|turn| ARCHITECTURES[(k + turn) % ARCHITECTURES.len()]);
+        let next = turns.rev().max_by_key(fresh).expect("there are four");
+        let whole = WHOLE.iter().any(|scene| name.starts_with(scene));
+        for of in if whole { ARCHITECTURES.to_vec() } else { vec![next] } {
+            met.extend(features[k].iter().map(|feature| (feature.as_str(), of)));
+            all.push((k, of));
+        }
+    }
+    for (k, features) in features.iter().enumerate() {
+        for of in ARCHITECTURES {
+            if features.iter().any(|feature| !met.contains(&(feature.as_str(), of))) {
+                met.extend(features.iter().map(|feature| (feature.as_str(), of)));
+                all.push((k, of));
+            }
+        }
+    }
+    all
+}
+
+#[test]
+fn every_feature_of_a_kernel_meets_every_architecture() {
+    let units = all_units();
+    let pairs = pairs(&units);
+    let mut met: BTreeMap<String, BTreeSet<&str>> = BTreeMap::new();
+    for (k, of) in &pairs {
+        for feature in features(&units[*k].1) {
+            met.entry(feature).or_default().insert(of);
+        }
+    }
+    let lacking: Vec<_> = met.iter().filter(|(_, of)| of.len() < ARCHITECTURES.len()).collect();
+    assert!(lacking.is_empty(), "{lacking:?}");
+    for style in octant::pair::styles() {
+        let has = |switch: &str| met.keys().any(|feature| feature.starts_with("advance: ") && feature.contains(switch));
+        assert!(has(style.formula), "{}", style.name);
+    }
+    let compiled: HashSet<usize> = pairs.iter().map(|(k, _)| *k).collect();
+    assert_eq!(compiled.len(), units.len());
+    // Few more than one each.
+    println!("{} units, {} compilations", units.len(), pairs.len());
+    assert!(pairs.len() < 2 * units.len(), "{} units, {} compilations", units.len(), pairs.len());
+}
+
 #[test]
 fn every_kind_of_kernel_compiles_for_every_architecture() {
     if !is_there() {
         return;
     }
-    let all = work();
+    let units = all_units();
+    let all = pairs(&units);
     let next = AtomicUsize::new(0);
     let check_some = || {
-        while let Some(work) = all.get(next.fetch_add(1, Ordering::Relaxed)) {
-            check(work);
+        while let Some((k, architecture)) = all.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let (name, unit) = &units[*k];
+            check(&format!("{name}, {architecture}"), unit, architecture);
         }
     };
     // Compilations share nothing: as many side by side as there are cores.
@@ -165,10 +225,9 @@ fn every_kind_of_kernel_compiles_for_every_architecture() {
             thread.join().unwrap();
         }
     });
-    println!("{} compilations", all.len());
 }
 
-fn check(Work { name, unit, architecture }: &Work) {
+fn check(name: &str, unit: &Unit, architecture: &str) {
     let found = inspect(&unit.text, architecture).unwrap_or_else(|e| panic!("{name}: {e}"));
     assert!(!found.cubin.is_empty());
     let loops = pair_loops(&found.ptx);

@@ -62,7 +62,7 @@ pub static EXPERIMENT: Experiment = Experiment {
 
 /// Every block, with about as many particles as the largest size.
 pub fn run(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
-    let cells = cells_for(sizes.iter().copied().max().unwrap_or(0).min(MOST));
+    let cells = cells_for(scenes::largest(sizes, MOST));
     let scenes = BLOCKS.iter().map(|block| scene(*block, cells, lab)).collect::<Result<Vec<_>, _>>()?;
     let search = Search::Standard.with_edge(1.0 / REACH as f64).expect("an edge that the search has");
     let cases: Vec<_> = scenes.iter().map(|scene| (scene, search)).collect();

@@ -110,8 +110,7 @@ struct Contestant {
 
 impl Contestant {
     fn begin(scene: &Scene, search: SearchPlan, lab: &Lab) -> Result<Self, Halt> {
-        let mut backend = scene.load(search, lab)?;
-        backend.set_up(Needs::default()).map_err(|stop| Error::Fault(stop.to_string()))?;
+        let backend = scene.set_up(search, lab)?;
         // Of the particles as they were handed over: later lists are of positions that a precision may have rounded.
         let listed = backend.neighbor_counts()?.into_iter().map(u64::from).sum();
         let work = backend.work();

@@ -5,9 +5,7 @@ use super::experiment::{Experiment, Row, number};
 use super::measure::Lab;
 use super::scenes::{self, Scene};
 use super::searches::compare;
-use crate::Error;
 use crate::bench::Halt;
-use crate::engine::Needs;
 use crate::neighbor::{Cells, Grid, SearchPlan, Sort};
 
 /// Each search with both orders and both sorts. The trimmed search has particles along a curve inside each octant, the others not.
@@ -61,8 +59,9 @@ pub fn run(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(),
     let by_radix = |name: &&str| name.parse::<SearchPlan>().is_ok_and(|plan| plan.sort() == Sort::Radix);
     let searches: Vec<&str> =
         SEARCHES.into_iter().filter(|name| lab.machine.backend == "cpu" || !by_radix(name)).collect();
-    for particles in sizes.iter().filter(|n| **n <= MOST) {
-        let scene = scenes::uniform(*particles, scenes::edge(*particles), 0, &lab.settings)?;
+    let sizes: Vec<usize> = sizes.iter().copied().filter(|n| *n <= MOST).collect();
+    for scene in scenes::by_size(&sizes, &lab.settings) {
+        let scene = scene?;
         let pairs = pairs(&scene, lab)?;
         compare(&scene, &searches, lab, &mut |mut row| {
             let search = row.iter().find(|(head, _)| *head == "search").map(|(_, name)| name.parse::<SearchPlan>());
@@ -77,8 +76,7 @@ pub fn run(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(),
 
 /// Neighbors of some particles that are spread evenly over the ids, as places in the state.
 fn pairs(scene: &Scene, lab: &Lab) -> Result<Vec<(usize, usize)>, Halt> {
-    let mut backend = scene.load(SearchPlan::default(), lab)?;
-    backend.set_up(Needs::default()).map_err(|stop| Error::Fault(stop.to_string()))?;
+    let backend = scene.set_up(SearchPlan::default(), lab)?;
     let every = scene.state.len().div_ceil(SAMPLE) as u32;
     let pairs = backend.pairs_where(&|id| id.is_multiple_of(every))?;
     // The script numbers particles from 1 in the order in which it makes them.

@@ -6,7 +6,7 @@ use super::measure::Lab;
 use super::table1::{Published, TABLE_1};
 use crate::Error;
 use crate::bench::{self, Halt};
-use crate::engine::{Backend, Program};
+use crate::engine::{Backend, Needs, Program};
 use crate::neighbor::{Policy, SearchPlan};
 use crate::session::{FirstRun, Settings, first_run};
 use crate::system::random::RanPark;
@@ -60,13 +60,24 @@ impl Scene {
         &self.simulation_box
     }
 
-    /// An engine that holds the particles and builds lists with this search.
-    pub fn load(&self, search: SearchPlan, lab: &Lab) -> Result<Box<dyn Backend>, Error> {
+    /// An engine that holds the particles and has built the first list with this search.
+    pub fn set_up(&self, search: SearchPlan, lab: &Lab) -> Result<Box<dyn Backend>, Error> {
         let (mut backend, _) = lab.settings.engine()?;
         let program = Arc::new(Program { search, ..self.program.clone() });
         backend.load(program, &self.state, &self.simulation_box, 0)?;
+        backend.set_up(Needs::default()).map_err(|stop| Error::Fault(stop.to_string()))?;
         Ok(backend)
     }
+}
+
+/// The largest of the sizes, `most` at most; 0 where there is none.
+pub fn largest(sizes: &[usize], most: usize) -> usize {
+    sizes.iter().copied().max().unwrap_or(0).min(most)
+}
+
+/// Even distributions with each of these numbers of particles, in boxes of their [`edge`], each made when its turn comes.
+pub fn by_size(sizes: &[usize], settings: &Settings) -> impl Iterator<Item = Result<Scene, Error>> {
+    sizes.iter().map(|particles| uniform(*particles, edge(*particles), 0, settings))
 }
 
 /// Edge of the box of so many particles, R: those of the paper's sizes as published here, others as dense as the nearest of them.

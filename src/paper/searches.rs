@@ -62,9 +62,9 @@ const SHOWN: [&str; 12] = [
 
 /// The even distribution with each of these numbers of particles.
 pub fn by_size(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
-    for particles in sizes {
-        let scene = scenes::uniform(*particles, scenes::edge(*particles), 0, &lab.settings)?;
-        let exhaustive = (*particles <= MOST_EXHAUSTIVE).then_some(EXHAUSTIVE);
+    for scene in scenes::by_size(sizes, &lab.settings) {
+        let scene = scene?;
+        let exhaustive = (scene.state.len() <= MOST_EXHAUSTIVE).then_some(EXHAUSTIVE);
         compare(&scene, &SEARCHES.into_iter().chain(exhaustive).collect::<Vec<_>>(), lab, found)?;
     }
     Ok(())
@@ -72,8 +72,7 @@ pub fn by_size(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result
 
 /// All distributions with about as many particles as the largest size.
 pub fn by_distribution(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
-    let particles = sizes.iter().copied().max().unwrap_or(0).min(MOST_DISTRIBUTED);
-    for scene in scenes::distributions(particles, &lab.settings)? {
+    for scene in scenes::distributions(scenes::largest(sizes, MOST_DISTRIBUTED), &lab.settings)? {
         compare(&scene, &SEARCHES, lab, found)?;
     }
     Ok(())

@@ -5,9 +5,7 @@ use std::f64::consts::PI;
 use super::experiment::{Experiment, Row, number};
 use super::measure::Lab;
 use super::scenes;
-use crate::Error;
 use crate::bench::{Halt, Spread};
-use crate::engine::Needs;
 
 /// A column of the paper's Table 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,8 +49,7 @@ pub fn run(lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
         let mut means = Vec::new();
         for round in 0..lab.rounds {
             let scene = scenes::uniform(particles, edge, round, &lab.settings)?;
-            let mut backend = scene.load(lab.settings.search, lab)?;
-            backend.set_up(Needs::default()).map_err(|stop| Error::Fault(stop.to_string()))?;
+            let backend = scene.set_up(lab.settings.search, lab)?;
             let counts = backend.neighbor_counts()?;
             means.push(counts.iter().map(|n| f64::from(*n)).sum::<f64>() / particles as f64);
             lab.check_interrupt()?;

@@ -12,7 +12,7 @@ use crate::output::printf::format_g;
 const SIZE: (u32, u32) = (860, 480);
 const PLOT_WIDTH: i32 = 610;
 /// Rows of the legend, pixels.
-const LEGEND_ROW: i32 = 22;
+const LEGEND_ROW: i32 = 27;
 /// Space around the points, as a part of an axis.
 const AROUND: f64 = 0.06;
 /// Least length of an axis, decades.

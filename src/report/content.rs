@@ -43,6 +43,11 @@ pub fn maybe(x: Option<f64>) -> String {
     x.map_or(String::new(), short)
 }
 
+/// What people call a potential or an integrator of the tables.
+pub fn named(name: &str) -> String {
+    if name == "own" { "script's".into() } else { name.into() }
+}
+
 pub fn table(heads: &[&str], rows: Vec<Vec<String>>) -> Block {
     Block::Table(heads.iter().map(|head| head.to_string()).collect(), rows)
 }
@@ -190,11 +195,9 @@ impl Facts<'_> {
         let own = self.own(points).filter(|own| !own.front);
         let row = |p: &Found| {
             let time = format!("{} ({} to {})", short(p.time.median), short(p.time.least), short(p.time.most));
-            let integrator = if p.integrator == "own" { "script's" } else { &p.integrator };
-            let potential = if p.potential == "own" { "script's" } else { &p.potential };
             vec![
-                potential.into(),
-                integrator.into(),
+                named(&p.potential),
+                named(&p.integrator),
                 p.precision.clone(),
                 p.dt.to_string(),
                 p.skin.to_string(),
@@ -229,8 +232,8 @@ impl Facts<'_> {
             .filter(|p| !p.fault.is_empty())
             .map(|p| {
                 vec![
-                    p.potential.clone(),
-                    p.integrator.clone(),
+                    named(&p.potential),
+                    named(&p.integrator),
                     p.precision.clone(),
                     p.dt.to_string(),
                     p.rebuild.clone(),
@@ -247,13 +250,13 @@ impl Facts<'_> {
             "Force errors are against sums over all pairs in double precision on the melted positions, relative to the RMS force:".into(),
         ));
         let forces = self.store.rows(&FORCES).map(|row| {
-            let cells = ["potential", "precision"].map(|column| row.text(column).to_string());
+            let cells = ["potential", "precision"].map(|column| named(row.text(column)));
             let numbers = ["force_error_rms", "force_error_worst"].map(|column| maybe(row.number(column)));
             cells.into_iter().chain(numbers).chain([row.text("atoms").to_string()]).collect()
         });
         let lammps = self.store.rows(&lammps::LAMMPS).next().map(|row| {
             let numbers = ["force_error_rms", "force_error_worst"].map(|column| maybe(row.number(column)));
-            ["own".into(), "LAMMPS".to_string()].into_iter().chain(numbers).chain([String::new()]).collect()
+            [named("own"), "LAMMPS".to_string()].into_iter().chain(numbers).chain([String::new()]).collect()
         });
         blocks.push(table(
             &["potential", "precision", "RMS", "worst atom", "atoms compared"],
@@ -286,11 +289,29 @@ impl Facts<'_> {
         blocks.push(table(&["", "fitted order", "steps fitted", "dt", "expected"], rows));
         blocks.push(Block::Text(
             "The order is the slope of the logarithm of the trajectory error over that of dt, fitted to time steps up to the script's, in the \
-             most exact precision measured. The reference's own error, at an eighth of the smallest step, makes it larger by up to 0.01. \
+             most exact precision measured. The reference's own error, at an eighth of the smallest step, makes it larger by up to 0.02. \
              Where a potential is cut off plainly, every pair that crosses the cutoff in a step is kicked with the whole force too early or too \
              late: errors of that kind are of first order and have random signs; they are small, and show at small steps first.".into(),
         ));
+        blocks.extend(self.truncation().map(Block::Text));
         charts::order(self, blocks)
+    }
+
+    /// What plain truncation makes of the order, as measured at the two smallest steps.
+    fn truncation(&self) -> Option<String> {
+        let (plain, shifted) = (self.convergence("own", "own"), self.convergence("force-shifted", "own"));
+        let ([a, b, ..], [c, d, ..]) = (&plain[..], &shifted[..]) else { return None };
+        let slope = |a: (f64, f64), b: (f64, f64)| order(&[a, b]).map(|(slope, _)| slope);
+        let (own, other) = slope(*a, *b).zip(slope(*c, *d)).filter(|_| (a.0, b.0) == (c.0, d.0))?;
+        Some(format!(
+            "Measured: between the two smallest steps, dt {} and {}, the order is {} as the script cuts off and {} force-shifted; at the \
+             smaller one the error is {} times that of the force-shifted potential.",
+            short(a.0),
+            short(b.0),
+            format_g(own, 0, 3, false),
+            format_g(other, 0, 3, false),
+            format_g(a.1 / c.1, 0, 3, false)
+        ))
     }
 
     /// Time steps up to the script's, and trajectory errors, in the most exact precision measured of them.

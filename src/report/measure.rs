@@ -196,8 +196,17 @@ impl Series {
     }
 }
 
-/// Energies over a time, time units, looked at so many times.
-pub fn energies(study: &Study, point: &Point, time: f64, samples: u64) -> Result<Vec<String>, Halt> {
+/// How long the integrator's own noise of the energy is remembered, in the scene's fastest times: three of them are enough in a liquid.
+const MEMORY: f64 = 4.0;
+
+/// Energies over a time, time units, looked at so many times. `fastest` is the scene's fastest time.
+pub fn energies(
+    study: &Study,
+    point: &Point,
+    time: f64,
+    samples: u64,
+    fastest: Option<f64>,
+) -> Result<Vec<String>, Halt> {
     let measured = || {
         let own_shift = study.program.pair.shift;
         let (own, steps) = Series::measure(study, point, own_shift, time, samples)?;
@@ -212,7 +221,7 @@ pub fn energies(study: &Study, point: &Point, time: f64, samples: u64) -> Result
         let temperature = temp.iter().sum::<f64>() / temp.len().max(1) as f64;
         let (energies, bare) = (continuous.energies(), plain.energies());
         let (slope, slope_bare) = (drift::slope(&energies), drift::slope(&bare));
-        let walked = walk(&energies);
+        let walked = fastest.and_then(|fastest| walk(&energies, MEMORY * fastest));
         let predicted = match (point.potential, point.integrator) {
             (Potential::Own, Integrator::Own) => Some(super::cutoff::walk_per_atom(study, point.dt, temperature)),
             _ => None,

@@ -125,7 +125,9 @@ fn measure(
         let cells = match &job.work {
             Work::Forces(potential, precision) => measure::forces(study, *potential, *precision),
             Work::Trajectory(point) => measure::trajectory(study, point, plan.span, &references),
-            Work::Energies(point) => measure::energies(study, point, plan.energy_time(), plan.scale.samples),
+            Work::Energies(point) => {
+                measure::energies(study, point, plan.energy_time(), plan.scale.samples, plan.fastest)
+            }
             Work::Missing(point) => measure::missing(study, point, plan.scale.looks, plan.scale.look_atoms),
             Work::Speed(point) => measure::speed(study, point, plan.scale.leg),
             Work::Price(option) => price::price(study, plan.usual, *option, plan.scale.leg),

@@ -14,7 +14,7 @@ pub enum Block {
     Advice(String),
     Heading(String),
     Text(String),
-    /// Heads and rows; numbers are set to the right where a cell begins like one.
+    /// Heads and rows; columns of numbers are set to the right, long texts are broken.
     Table(Vec<String>, Vec<Vec<String>>),
     /// Name of the file, the SVG itself, what it shows.
     Figure {
@@ -24,11 +24,12 @@ pub enum Block {
     },
 }
 
-const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222;background:#fff}\
-h1{font-size:1.6rem}h2{font-size:1.25rem;margin-top:2.2rem;border-bottom:1px solid #ddd}\
+const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:92rem;margin:2rem auto;padding:0 1rem;color:#222;background:#fff}\
+p,figure{max-width:60rem}h1{font-size:1.6rem}h2{font-size:1.25rem;margin-top:2.2rem;border-bottom:1px solid #ddd}\
 .advice{font-size:1.1rem;padding:.8rem 1rem;background:#eef5fa;border-left:4px solid #0072b2}\
-.wide{overflow-x:auto}table{border-collapse:collapse;font-size:.9rem;margin:.8rem 0}th,td{padding:.25rem .7rem;border-bottom:1px solid #ddd;\
-text-align:left;white-space:nowrap}td.n{text-align:right;font-variant-numeric:tabular-nums}th{border-bottom:2px solid #999}\
+.wide{overflow-x:auto}table{border-collapse:collapse;font-size:.85rem;margin:.8rem 0}th,td{padding:.2rem .55rem;border-bottom:1px solid #ddd;\
+text-align:left;vertical-align:bottom}td{white-space:nowrap;vertical-align:top}td.t{white-space:normal;min-width:24rem}\
+.n{text-align:right;font-variant-numeric:tabular-nums}th{border-bottom:2px solid #999}\
 figure{margin:1.2rem 0}figure svg{max-width:100%;height:auto}figcaption{font-size:.9rem;color:#555}";
 
 /// Writes `report.html`, `report.md` and the figures.
@@ -73,20 +74,34 @@ fn html(blocks: &[Block]) -> String {
 }
 
 fn html_table(heads: &[String], rows: &[Vec<String>]) -> String {
-    let mut table = String::from("<div class=\"wide\"><table>\n<tr>");
-    heads.iter().for_each(|head| table += &format!("<th>{}</th>", escaped(head)));
-    for row in rows {
-        table += "</tr>\n<tr>";
-        for cell in row {
-            let class = if is_number(cell) { " class=\"n\"" } else { "" };
-            table += &format!("<td{class}>{}</td>", escaped(cell));
-        }
+    let cells = |column: usize| rows.iter().filter_map(move |row| row.get(column)).filter(|cell| !cell.is_empty());
+    let numbers: Vec<bool> =
+        (0..heads.len()).map(|column| cells(column).count() > 0 && cells(column).all(|cell| is_number(cell))).collect();
+    let class = |column: usize, cell: &str| match numbers.get(column) {
+        Some(true) => " class=\"n\"",
+        _ if cell.chars().count() > LONG => " class=\"t\"",
+        _ => "",
+    };
+    let row = |tag: &str, cells: &[String]| {
+        let cell = |(k, cell): (usize, &String)| format!("<{tag}{}>{}</{tag}>", class(k, cell), escaped(cell));
+        format!("<tr>{}</tr>\n", cells.iter().enumerate().map(cell).collect::<String>())
+    };
+    let mut table = String::from("<div class=\"wide\"><table>\n");
+    // Names and values need no heads.
+    if heads.iter().any(|head| !head.is_empty()) {
+        table += &row("th", heads);
     }
-    table + "</tr>\n</table></div>"
+    rows.iter().for_each(|cells| table += &row("td", cells));
+    table + "</table></div>"
 }
 
+/// Letters of a text that is broken into lines.
+const LONG: usize = 60;
+
+/// Whether a cell has nothing but numbers, with their errors or ranges.
 fn is_number(cell: &str) -> bool {
-    cell.trim_start_matches('-').starts_with(|c: char| c.is_ascii_digit())
+    let digits = cell.trim_start_matches('-').starts_with(|c: char| c.is_ascii_digit());
+    digits && cell.replace(" to ", " ").chars().all(|c| c.is_ascii_digit() || "+-.e ±()".contains(c))
 }
 
 fn markdown(blocks: &[Block]) -> String {
@@ -120,16 +135,28 @@ mod tests {
         let blocks = [
             Block::Title("a < b".into()),
             Block::Advice("do & be".into()),
-            Block::Table(vec!["x".into(), "y|z".into()], vec![vec!["-1.5".into(), "word".into()]]),
+            Block::Table(vec!["x".into(), "y|z".into()], vec![vec!["-1.5".into(), "2 words".into()]]),
+            Block::Table(vec![String::new(), String::new()], vec![vec!["long".repeat(20), "3 (2.5 to 1e-3)".into()]]),
             Block::Figure { name: "one".into(), svg: "<svg></svg>".into(), caption: "what".into() },
         ];
         let page = html(&blocks);
-        for part in ["<h1>a &lt; b</h1>", "do &amp; be", "<td class=\"n\">-1.5</td><td>word</td>", "<svg></svg>"] {
+        for part in [
+            "<h1>a &lt; b</h1>",
+            "do &amp; be",
+            "<th class=\"n\">x</th><th>y|z</th>",
+            "<td class=\"n\">-1.5</td><td>2 words</td>",
+            "<svg></svg>",
+        ] {
             assert!(page.contains(part), "{part} is not in {page}");
         }
+        assert!(
+            page.contains("<table>\n<tr><td class=\"t\">longlong") && page.contains("<td class=\"n\">3 (2.5 to"),
+            "{page}"
+        );
         let page = markdown(&blocks);
         assert!(
-            page.contains("# a < b\n\n**do & be**\n\n| x | y\\|z |\n|---|---|\n| -1.5 | word |\n\n![what](one.svg)")
+            page.contains("# a < b\n\n**do & be**\n\n| x | y\\|z |\n|---|---|\n| -1.5 | 2 words |\n\n")
+                && page.contains("\n\n![what](one.svg)")
         );
     }
 }

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use super::measure::{self, number};
 use super::point::Point;
 use super::store::Table;
-use super::study::{Study, pair_commands};
+use super::study::{Study, is_nve, pair_commands};
 use crate::Error;
 use crate::bench::{Halt, go};
-use crate::dynamics::fixes;
 use crate::engine::Precision;
+use crate::pair::PairTable;
 use crate::session::{Driven, Prepared, Settings};
 use crate::system::{RanPark, Side};
 
@@ -25,9 +25,11 @@ pub const PLAIN: &str = "the scene as it is";
 /// The same after options were switched on and off again.
 pub const OFF_AGAIN: &str = "all of these on, then off again";
 const OPEN: &str = "open along z, no walls";
+const TWO_TYPES: &str = "two types";
+const CUTOFFS: &str = "a cutoff for each pair of types";
 /// Types are dealt out with this seed.
 const SEED: u32 = 12345;
-/// What the cutoffs of like types have less and more than that of unlike ones: a list then has about as many pairs.
+/// What the cutoffs of the first and the last type have less and more than the script's: a list then has about as many pairs.
 const CUTOFF_STEP: f64 = 0.04;
 
 /// Something that a scene may switch on.
@@ -57,53 +59,57 @@ pub fn options(study: &Study) -> Vec<Priced> {
         let xtc = "dump price_dump all xtc 50 {FOLDER}/price.xtc\n";
         all.push(plain("trajectory, xtc, every 50 steps", xtc.into()));
     }
-    if program.pair.types == 1 && !program.pair.pairs[0].coefficients.is_empty() {
-        let two = |step: f64| two_types(study, step);
+    let pair = &program.pair;
+    let has_cutoffs = !pair.pairs[0].coefficients.is_empty();
+    if pair.types == 1 && has_cutoffs {
+        let two = PairTable { types: 2, pairs: vec![pair.pairs[0].clone(); 4], ..pair.clone() };
         let change: fn(&mut Prepared) = deal_types;
-        all.push(Priced { name: "two types".into(), base: PLAIN, change, commands: two(0.0) });
-        let name = "two types, a cutoff for each pair of them".to_string();
-        all.push(Priced { name, base: "two types", change, commands: two(CUTOFF_STEP) });
+        all.push(Priced { name: TWO_TYPES.into(), base: PLAIN, change, commands: coefficients(&two, 0.0) });
+        let (name, commands) = (format!("{TWO_TYPES}, {CUTOFFS}"), coefficients(&two, CUTOFF_STEP));
+        all.push(Priced { name, base: TWO_TYPES, change, commands });
+    } else if has_cutoffs && pair.pairs.iter().all(|of| of.cutoff == pair.pairs[0].cutoff) {
+        all.push(plain(CUTOFFS, coefficients(pair, CUTOFF_STEP)));
     }
-    if study.is_plain() && study.space.periodic(2) {
+    if study.is_moved_by_nve() && study.space.periodic(2) {
         let lost = "thermo_modify lost ignore\n";
         all.push(Priced { name: OPEN.into(), base: PLAIN, change: open_along_z, commands: lost.into() });
         let walls = format!("{lost}fix price_walls all wall/reflect zlo EDGE zhi EDGE\n");
         all.push(Priced { name: "walls along z".into(), base: OPEN, change: open_along_z, commands: walls });
     }
-    let known = |style: &str| fixes().iter().any(|(name, _)| *name == style);
     let (t, damp) = (study.temperature, 100.0 * program.timestep);
-    if study.is_plain() && t > 0.0 && known("langevin") {
-        let commands = format!("fix price_heat all langevin {t} {t} {damp} 4711\n");
-        all.push(plain("thermostat (fix langevin)", commands));
-    }
-    if study.is_plain() && t > 0.0 && known("nvt") {
-        let change: fn(&mut Prepared) = |prepared| prepared.scene_mut().fixes.clear();
+    let langevin = format!("fix price_heat all langevin {t} {t} {damp} 4711\n");
+    let is_heated = study.is_moved_by_nve() && t > 0.0;
+    if is_heated {
+        all.push(plain("thermostat, fix langevin", langevin.clone()));
         let commands = format!("fix price_heat all nvt temp {t} {t} {damp}\n");
-        all.push(Priced { name: "thermostat (fix nvt)".into(), base: PLAIN, change, commands });
+        let name = "thermostat, fix nvt in place of nve".to_string();
+        all.push(Priced { name, base: PLAIN, change: take_nve_off, commands });
     }
-    let own_shift = if program.pair.shift { "yes" } else { "no" };
+    let own_shift = if pair.shift { "yes" } else { "no" };
+    let (heat, no_heat) = if is_heated { (langevin.as_str(), "unfix price_heat\n") } else { ("", "") };
     let on_and_off = format!(
-        "thermo 1\npair_modify shift {shift}\nfix price_gravity all gravity 1e-9 vector 0 0 -1\n{dump}\
-         run 0\nthermo 0\npair_modify shift {own_shift}\nunfix price_gravity\nundump price_dump\n"
+        "thermo 1\npair_modify shift {shift}\nfix price_gravity all gravity 1e-9 vector 0 0 -1\n{heat}{dump}\
+         run 0\nthermo 0\npair_modify shift {own_shift}\nunfix price_gravity\n{no_heat}undump price_dump\n"
     );
     all.push(plain(OFF_AGAIN, on_and_off));
     all
 }
 
-/// Coefficients of two types that are alike but for their cutoffs.
-fn two_types(study: &Study, step: f64) -> String {
-    let mut pair = study.program.pair.clone();
-    let one = pair.pairs[0].clone();
-    let with = |factor: f64| {
-        let mut of = one.clone();
-        of.cutoff *= factor;
-        of
-    };
-    pair.types = 2;
-    pair.pairs = vec![with(1.0 - step), with(1.0), with(1.0), with(1.0 + step)];
+/// `pair_coeff` of all pairs of types, with cutoffs that grow with their numbers from this part below their own to as much above.
+fn coefficients(pair: &PairTable, step: f64) -> String {
+    let mut pair = pair.clone();
+    for (k, of) in pair.pairs.iter_mut().enumerate() {
+        let (i, j) = (k / pair.types, k % pair.types);
+        of.cutoff *= 1.0 + step * ((i + j) as f64 / (pair.types - 1) as f64 - 1.0);
+    }
     let commands = pair_commands(pair.style, &pair);
     // The style stays what it is: its settings stand in the script.
     commands.lines().filter(|line| line.starts_with("pair_coeff")).map(|line| format!("{line}\n")).collect()
+}
+
+/// Takes off what moves all atoms.
+fn take_nve_off(prepared: &mut Prepared) {
+    prepared.scene_mut().fixes.retain(|fix| !is_nve(fix));
 }
 
 /// A second type, like the first, for half of the atoms at random.

@@ -1,7 +1,7 @@
 //! What the page says of energies, lists, averages and prices.
 
 use super::charts;
-use super::content::{Facts, maybe, short, table, with_error};
+use super::content::{Facts, maybe, named, short, table, with_error};
 use super::cutoff;
 use super::front::{Found, SAFE};
 use super::measure::{ENERGIES, MISSING};
@@ -46,8 +46,8 @@ impl Facts<'_> {
             let walked_error = number("walk_error").map(|d| d * atoms * atoms);
             let rms = number("walk_predicted").zip(number("time")).map(|(d, t)| (d * t).sqrt());
             vec![
-                text("potential"),
-                text("integrator"),
+                named(row.text("potential")),
+                named(row.text("integrator")),
                 text("precision"),
                 text("dt"),
                 text("rebuild"),
@@ -78,8 +78,9 @@ impl Facts<'_> {
         blocks.push(Block::Text(format!(
             "Drifts are per atom and time unit, slopes of straight lines over a time of {} with standard errors that know of correlation; \
              fluctuations are per atom, RMS about that line. D is of the whole scene, energy units squared a time unit; measured, it is how \
-             fast the variance of two energies grows from times between them of a fortieth of the run to those of an eighth (quick: not at all). A walk makes a drift too: of the order of its RMS over the \
-             length of the run.",
+             fast the variance of two energies grows from times between them of a fortieth of the run to those of an eighth, where the \
+             integrator's own noise is forgotten within the shorter one (in quick studies it is not). A walk makes a drift too: of the order of \
+             its RMS over the length of the run.",
             short(self.plan.energy_time())
         )));
         charts::energy(self, blocks)
@@ -146,8 +147,8 @@ impl Facts<'_> {
         let rows = self.store.rows(&ENERGIES).filter(|row| row.text("fault").is_empty()).map(|row| {
             let text = |column: &str| row.text(column).to_string();
             let mut cells = vec![
-                text("potential"),
-                text("integrator"),
+                named(row.text("potential")),
+                named(row.text("integrator")),
                 text("precision"),
                 text("dt"),
                 text("rebuild"),

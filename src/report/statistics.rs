@@ -50,11 +50,11 @@ pub fn about_line(points: &[(f64, f64)]) -> f64 {
 
 /// How fast the variance of a series of points in even steps grows with the distance of two points, and the standard error: what a
 /// random walk adds in a unit of time. The longer distance is an eighth of the series, the shorter one a fortieth: noise that is bounded
-/// and has no longer memory adds the same to both. An estimate from overlapping distances of m steps in n scatters by sqrt(4 m / 3 n) of
-/// itself. `None` for fewer than eighty points.
-pub fn walk(points: &[(f64, f64)]) -> Option<(f64, f64)> {
+/// and forgotten within `memory` adds the same to both. An estimate from overlapping distances of m steps in n scatters by
+/// sqrt(4 m / 3 n) of itself. `None` for fewer than eighty points, and where a fortieth of the series is shorter than the memory.
+pub fn walk(points: &[(f64, f64)], memory: f64) -> Option<(f64, f64)> {
     let (near, far) = (points.len() / 40, points.len() / 8);
-    if far < 10 {
+    if far < 10 || points[near].0 - points[0].0 < memory {
         return None;
     }
     let variance = |lag: usize| {
@@ -115,12 +115,13 @@ mod tests {
             })
             .collect();
         // A twelfth each step, two steps a unit of time.
-        let (rate, error) = walk(&walked).unwrap();
+        let (rate, error) = walk(&walked, 100.0).unwrap();
         assert!((rate - 1.0 / 6.0).abs() < 3.0 * error && error < 0.2, "{rate} {error}");
         let bounded: Vec<(f64, f64)> = jitter[..8000].iter().enumerate().map(|(k, x)| (0.5 * k as f64, *x)).collect();
-        let (rate, _) = walk(&bounded).unwrap();
+        let (rate, _) = walk(&bounded, 100.0).unwrap();
         assert!(rate.abs() < 1e-4, "{rate}");
-        assert_eq!(walk(&bounded[..79]), None);
+        // A fortieth of 8000 points, half a unit of time apart.
+        assert_eq!((walk(&bounded[..79], 0.0), walk(&bounded, 100.1)), (None, None));
         let line: Vec<(f64, f64)> = (0..9).map(|k| (f64::from(k), 2.0 * f64::from(k) + f64::from(k % 2))).collect();
         assert!((about_line(&line) - (20.0f64 / 81.0).sqrt()).abs() < 1e-12);
     }

@@ -7,6 +7,7 @@ use super::point::{Integrator, Point, Potential, safe};
 use crate::Error;
 use crate::bench::exact::{self, Atom};
 use crate::bench::{Halt, Machine, go};
+use crate::dynamics::Fix;
 use crate::engine::{Precision, Program};
 use crate::neighbor::Policy;
 use crate::pair::PairTable;
@@ -106,7 +107,12 @@ impl Study {
 
     /// Whether `fix nve` on all atoms is all there is.
     pub fn is_plain(&self) -> bool {
-        matches!(&self.program.fixes[..], [fix] if fix.style == "nve" && fix.group == GROUP_ALL)
+        matches!(&self.program.fixes[..], [fix] if is_nve(fix))
+    }
+
+    /// Whether `fix nve` moves all atoms, whatever else there is.
+    pub fn is_moved_by_nve(&self) -> bool {
+        self.program.fixes.iter().any(is_nve)
     }
 
     /// Whether there is a force-shifted form of the potential.
@@ -215,6 +221,11 @@ impl Study {
         let numbers = state.x.iter().chain(&state.v).flat_map(|v| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>());
         numbers.fold(0xcbf2_9ce4_8422_2325, |hash, bits| (hash ^ bits).wrapping_mul(0x0000_0100_0000_01b3))
     }
+}
+
+/// Whether a fix is `nve` on all atoms.
+pub fn is_nve(fix: &Fix) -> bool {
+    fix.style == "nve" && fix.group == GROUP_ALL
 }
 
 /// `pair_style` and `pair_coeff` of all pairs, for a style with a cutoff in `pair_style`.

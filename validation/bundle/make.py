@@ -44,7 +44,18 @@ LEFT_OUT = re.compile(r"/(test_\w+|conftest|trajectories)\.py$|/make\.py$|/run\.
 
 #: Suites that do nothing on a GPU and stay behind: the reading of scripts, the benchmark's command, allocations of the CPU
 #: engine, kernels compiled for architectures that are not there.
-AT_HOME = {"allocations", "bench", "cuda_kernels", "judging", "paper_command", "report", "script_reader", "wrong_input"}
+AT_HOME = {
+    "allocations",
+    "bench",
+    "cuda_kernels",
+    "judging",
+    "paper_command",
+    "report",
+    "report_scenes",
+    "script_reader",
+    "walk",
+    "wrong_input",
+}
 
 #: A test source that asks for the backends that OCTANT_TEST_BACKEND leaves.
 _ENGINES = re.compile(r"(?<!\w)variants\(\)")

@@ -192,13 +192,11 @@ impl Plan {
         shape.cutoffs = cutoffs.iter().any(|r| *r != radius);
         let ties = Ties::new(&cutoffs, simulation_box);
         let images = images(shape.most_images);
+        let shift = |image: &[i32; 4], a: usize| f64::from(image[a]) * lengths[a];
+        let exact = |image: &[i32; 4]| [shift(image, 0), shift(image, 1), shift(image, 2), 0.0];
         let fixed = |image: &[i32; 4]| {
-            let shift = |a: usize| (f64::from(image[a]) * lengths[a] * quanta[a]).round() as i64 as i32;
+            let shift = |a: usize| (shift(image, a) * quanta[a]).round() as i64 as i32;
             [shift(0), shift(1), shift(2), 0]
-        };
-        let exact = |image: &[i32; 4]| {
-            let shift = |a: usize| f64::from(image[a]) * lengths[a];
-            [shift(0), shift(1), shift(2), 0.0]
         };
         // f32 rounds the displacement that is compared.
         let slack = if shape.double_store { 1.0 } else { 1.0 - 1e-6 };

@@ -83,19 +83,21 @@ pub fn pair_numbers(table: &PairTable, cutoff_squared: f64, pair: usize) -> Vec<
 /// The kernels of a scene, in parts that are compiled side by side.
 pub fn units(program: &Program, shape: &Shape) -> Vec<Unit> {
     let common = common(program, shape);
-    let unit = |kernels, stages: &[Stage]| unit(kernels, &common, stages);
+    let with_pairs = format!("{common}{}", pair_formulas(&program.pair, shape));
     vec![
-        unit(&["sort"], &[CELLS, SORT, SORT_KERNEL]),
-        unit(&["list"], &[CELLS, PRODUCTS, SEARCH, LIST_KERNEL]),
-        unit(&["conclude"], &[ROWS, FORCE, CONCLUDE]),
-        unit(&["advance"], &[ROWS, FORCE, ADVANCE]),
+        // Builds know nothing of the potential: scenes that differ in it alone share them.
+        unit(&["sort"], &common, &[CELLS, SORT, SORT_KERNEL]),
+        unit(&["list"], &common, &[CELLS, PRODUCTS, SEARCH, LIST_KERNEL]),
+        unit(&["conclude"], &with_pairs, &[ROWS, FORCE, CONCLUDE]),
+        unit(&["advance"], &with_pairs, &[ROWS, FORCE, ADVANCE]),
     ]
 }
 
 /// The kernels that record sums of steps as they pass, for scenes whose outputs are close to each other; of the virial its trace
 /// alone, or all of it.
 pub fn recording_unit(program: &Program, shape: &Shape, tensor: bool) -> Unit {
-    let common = common(program, shape) + "#define RECORDS\n" + if tensor { "#define TENSOR\n" } else { "" };
+    let switches = if tensor { "#define RECORDS\n#define TENSOR\n" } else { "#define RECORDS\n" };
+    let common = common(program, shape) + &pair_formulas(&program.pair, shape) + switches;
     unit(&["advance_recording", "sum_records"], &common, &[ROWS, FORCE, ADVANCE, RECORDS])
 }
 
@@ -123,17 +125,14 @@ fn common(program: &Program, shape: &Shape) -> String {
     for layout in [Control::text(), Order::text(), Scene::text(), Limit::text(), arrays::text(shape)] {
         text += &layout;
     }
-    text += &pair_formulas(&program.pair, shape);
     text += &fix_formulas(&program.fixes, shape);
     text += &rules(shape);
     text
 }
 
 fn defines(program: &Program, shape: &Shape) -> String {
-    let numbers = pair_numbers(&program.pair, 0.0, 0).len() + usize::from(shape.inner);
     let values = [
         ("TYPES", shape.types),
-        ("NUMBERS", numbers),
         ("PERIODIC", shape.periodic as usize),
         ("INDEX_BITS", shape.index_bits as usize),
         ("LANES", shape.lanes as usize),
@@ -178,7 +177,7 @@ fn defines(program: &Program, shape: &Shape) -> String {
     text
 }
 
-/// `pair_force` and `pair_both`: the style's formula with its truncation.
+/// How many numbers a pair of types has; `pair_force` and `pair_both`: the style's formula with its truncation.
 fn pair_formulas(table: &PairTable, shape: &Shape) -> String {
     struct Trace<'a>(&'a PairTable, Arithmetic);
     impl StyleVisitor for Trace<'_> {
@@ -209,7 +208,9 @@ fn pair_formulas(table: &PairTable, shape: &Shape) -> String {
         )
     }
     let arithmetic = if shape.double_pairs { Arithmetic::F64 } else { Arithmetic::F32 };
-    with_style(table.style, Trace(table, arithmetic)).expect("the scene names a registered pair style")
+    let numbers = pair_numbers(table, 0.0, 0).len() + usize::from(shape.inner);
+    let formulas = with_style(table.style, Trace(table, arithmetic)).expect("the scene names a registered pair style");
+    format!("#define NUMBERS {numbers}\n{formulas}")
 }
 
 /// Rules of cells and distances that host and device must round alike.
