@@ -188,10 +188,38 @@ const SMOOTH_ROWS: [&str; 4] = [
     "Total # of neighbors = 12599",
 ];
 
+/// Exponents of all kinds, those of the unlike pair by mixing, energies shifted.
+const MIE: &str = "\
+units lj
+lattice fcc 0.8442
+region b block 0 5 0 4 0 5
+create_box 2 b
+create_atoms 1 box basis 2 2
+mass 1 1.0
+mass 2 2.5
+velocity all create 1.44 4711 loop geom
+pair_style mie/cut 2.4
+pair_coeff 1 1 1.0 1.0 36 6
+pair_coeff 2 2 0.7 0.9 14.65 7.2 2.1
+pair_modify shift yes mix arithmetic
+fix 1 all nve
+timestep 0.002
+thermo_style custom step temp pe ke press
+thermo 50
+run 100
+";
+
+const MIE_ROWS: [&str; 4] = [
+    "0 1.44 -3.2943483 2.1546 -4.7260526",
+    "50 1.2158458 -2.9594207 1.8192093 3.2242466",
+    "100 1.2694929 -3.0395687 1.8994788 3.2805498",
+    "Total # of neighbors = 12582",
+];
+
 #[test]
 fn other_styles_print_what_lammps_prints() {
     let folder = Folder::new("styles");
-    for (script, rows) in [(MORSE, MORSE_ROWS), (YUKAWA, YUKAWA_ROWS), (SMOOTH, SMOOTH_ROWS)] {
+    for (script, rows) in [(MORSE, MORSE_ROWS), (YUKAWA, YUKAWA_ROWS), (SMOOTH, SMOOTH_ROWS), (MIE, MIE_ROWS)] {
         folder.write("a.in", script);
         assert_eq!(compared(&folder.says("run a.in --precision double"))[..4], rows);
     }
