@@ -174,10 +174,11 @@ _NOTES = """
   trajectories octant has to the bit; the force error grows with the length of the box, eps L U''. Mixed and single precision have
   differences of fixed-point coordinates, and it does not.
 - NIST's values are of Monte Carlo with an energy that jumps at the cutoff; dynamics has the forces below it alone, and so the ensemble of
-  the energy that is shifted to zero there. At a cutoff of 3 sigma that lowers the pressure of these liquids by NUMBERS. It is
-  taken into account by weights exp(-pairs U(cutoff) / T), pairs being those within the cutoff; so is the kinetic pressure of one atom,
-  density T / N = 0.0013, which a system without momentum lacks (LAMMPS's pressure as well). The equation of state is compared at longer
-  cutoffs, where this is below its own uncertainty.
+  the energy that is shifted to zero there. At a cutoff of 3 sigma the pressure of these liquids is lower by 0.008 to 0.009
+  for that, and U by 0.0005 to 0.0008 (a pressure lower by 0.001 at 4 sigma). It is taken into account by weights
+  exp(-pairs U(cutoff) / T), pairs being those within the cutoff; so is the kinetic pressure of one atom, density T / N = 0.0013, which
+  a system without momentum lacks (in LAMMPS as well). The equation of state is compared at longer cutoffs, where this is below what
+  equations of state differ by.
 - A particle that ends a step exactly on an upper fixed side is lost, as in LAMMPS: a box ends before its upper side, a wall puts back what
   is beyond it.
 - Forces in f32 are worked out in units of the fixed-point grid: they end about 1e8 before f32 does, at 3e30 epsilon / sigma or so.

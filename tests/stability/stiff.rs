@@ -199,11 +199,11 @@ fn a_core_of_r_to_the_minus_36() {
             worst = worst.max((energy(&backend.sums().unwrap()) - start).abs());
         }
         // A harmonic oscillator's energy swings by (omega dt)^2 / 4 of what is above the minimum, 1 for this well of depth -1;
-        // twice for what is not harmonic. Rounding as a random walk: of the distance, as the stiffness makes a force of it, times
-        // the amplitude; and of the energy itself.
+        // twice for what is not harmonic. Rounding as a random walk: of positions of size 4 and of the distance, as the stiffness
+        // makes a force of it, times the amplitude; and of the energy itself.
         let above = start + 1.0;
         let (position, force) = rounding(variant.precision);
-        let walk = 100.0 * (position + force) * well.place * well.stiffness * size;
+        let walk = 100.0 * (4.0 * position + force) * well.place * well.stiffness * size;
         let bound = 2.0 * omega_dt.powi(2) / 4.0 * above + walk + 4.0 * force;
         case.check(
             variant,
