@@ -4,6 +4,7 @@
 mod common;
 
 use common::Folder;
+use octant::pair::{Mixing, PairCoefficients};
 
 /// Perfect crystal, cutoff at the distance of a neighbor shell: rounding decides what lies inside.
 const TIES: &str = "\
@@ -222,6 +223,41 @@ fn other_styles_print_what_lammps_prints() {
     for (script, rows) in [(MORSE, MORSE_ROWS), (YUKAWA, YUKAWA_ROWS), (SMOOTH, SMOOTH_ROWS), (MIE, MIE_ROWS)] {
         folder.write("a.in", script);
         assert_eq!(compared(&folder.says("run a.in --precision double"))[..4], rows);
+    }
+}
+
+#[test]
+fn exponents_are_mixed_as_lammps_mixes_them() {
+    let given = |first: &[&str], second: &[&str], mixing| {
+        let mut given = PairCoefficients::new("mie/cut", 2.5, 2).unwrap();
+        given.set((1, 1), (1, 1), first).unwrap();
+        given.set((2, 2), (2, 2), second).unwrap();
+        given.mixing = mixing;
+        given.complete()
+    };
+    // Energies of the unlike pair at this distance, and at the cutoff, that LAMMPS 22Jul2025 has.
+    let expected = [
+        (Mixing::Geometric, -0.9027189193845566, -0.0036912013926),
+        (Mixing::Arithmetic, -0.9134407356184031, -0.0035332721076),
+        (Mixing::SixthPower, -0.6764929204215251, -0.0024796439587),
+    ];
+    for (mixing, energy, at_cutoff) in expected {
+        let (table, mixed, _) =
+            given(&["1.3", "0.9", "36.5", "6.25"], &["0.7", "1.2", "14", "7", "3.0"], mixing).unwrap();
+        let found = table.evaluate(0, 1, 1.34f64.sqrt()).unwrap().energy;
+        assert!((found - energy).abs() < 1e-14, "{mixing:?}: {found}");
+        assert!((table.pairs[1].energy_at_cutoff - at_cutoff).abs() < 1e-12, "{mixing:?}");
+        assert_eq!(mixed, 1);
+    }
+    // sqrt(12 6) twice, of which no potential can be made.
+    let why = given(&["1", "1", "12", "6"], &["1", "1", "6", "12"], Mixing::Geometric).unwrap_err();
+    assert!(why.contains("gives no number"), "{why}");
+    // Mie's potential with exponents 12 and 6 is that of Lennard and Jones, C being 4.
+    let (table, ..) = given(&["1.3", "0.9", "12", "6"], &["1", "1", "12", "6"], Mixing::Geometric).unwrap();
+    for r in [0.8, 1.0, 1.5, 2.4f64] {
+        let s6 = (0.9 / r).powi(6);
+        let exact = 4.0 * 1.3 * s6 * (s6 - 1.0);
+        assert!((table.evaluate(0, 0, r).unwrap().energy - exact).abs() < 1e-14 * exact.abs().max(1.0));
     }
 }
 
