@@ -4,6 +4,7 @@
 mod common;
 
 use common::Folder;
+use octant::pair::{Mixing, PairCoefficients};
 
 /// Perfect crystal, cutoff at the distance of a neighbor shell: rounding decides what lies inside.
 const TIES: &str = "\
@@ -188,12 +189,75 @@ const SMOOTH_ROWS: [&str; 4] = [
     "Total # of neighbors = 12599",
 ];
 
+/// Exponents of all kinds, those of the unlike pair by mixing, energies shifted.
+const MIE: &str = "\
+units lj
+lattice fcc 0.8442
+region b block 0 5 0 4 0 5
+create_box 2 b
+create_atoms 1 box basis 2 2
+mass 1 1.0
+mass 2 2.5
+velocity all create 1.44 4711 loop geom
+pair_style mie/cut 2.4
+pair_coeff 1 1 1.0 1.0 36 6
+pair_coeff 2 2 0.7 0.9 14.65 7.2 2.1
+pair_modify shift yes mix arithmetic
+fix 1 all nve
+timestep 0.002
+thermo_style custom step temp pe ke press
+thermo 50
+run 100
+";
+
+const MIE_ROWS: [&str; 4] = [
+    "0 1.44 -3.2943483 2.1546 -4.7260526",
+    "50 1.2158458 -2.9594207 1.8192093 3.2242466",
+    "100 1.2694929 -3.0395687 1.8994788 3.2805498",
+    "Total # of neighbors = 12582",
+];
+
 #[test]
 fn other_styles_print_what_lammps_prints() {
     let folder = Folder::new("styles");
-    for (script, rows) in [(MORSE, MORSE_ROWS), (YUKAWA, YUKAWA_ROWS), (SMOOTH, SMOOTH_ROWS)] {
+    for (script, rows) in [(MORSE, MORSE_ROWS), (YUKAWA, YUKAWA_ROWS), (SMOOTH, SMOOTH_ROWS), (MIE, MIE_ROWS)] {
         folder.write("a.in", script);
         assert_eq!(compared(&folder.says("run a.in --precision double"))[..4], rows);
+    }
+}
+
+#[test]
+fn exponents_are_mixed_as_lammps_mixes_them() {
+    let given = |first: &[&str], second: &[&str], mixing| {
+        let mut given = PairCoefficients::new("mie/cut", 2.5, 2).unwrap();
+        given.set((1, 1), (1, 1), first).unwrap();
+        given.set((2, 2), (2, 2), second).unwrap();
+        given.mixing = mixing;
+        given.complete()
+    };
+    // Energies of the unlike pair at this distance, and at the cutoff, that LAMMPS 22Jul2025 has.
+    let expected = [
+        (Mixing::Geometric, -0.9027189193845566, -0.0036912013926),
+        (Mixing::Arithmetic, -0.9134407356184031, -0.0035332721076),
+        (Mixing::SixthPower, -0.6764929204215251, -0.0024796439587),
+    ];
+    for (mixing, energy, at_cutoff) in expected {
+        let (table, mixed, _) =
+            given(&["1.3", "0.9", "36.5", "6.25"], &["0.7", "1.2", "14", "7", "3.0"], mixing).unwrap();
+        let found = table.evaluate(0, 1, 1.34f64.sqrt()).unwrap().energy;
+        assert!((found - energy).abs() < 1e-14, "{mixing:?}: {found}");
+        assert!((table.pairs[1].energy_at_cutoff - at_cutoff).abs() < 1e-12, "{mixing:?}");
+        assert_eq!(mixed, 1);
+    }
+    // sqrt(12 6) twice, of which no potential can be made.
+    let why = given(&["1", "1", "12", "6"], &["1", "1", "6", "12"], Mixing::Geometric).unwrap_err();
+    assert!(why.contains("gives no number"), "{why}");
+    // Mie's potential with exponents 12 and 6 is that of Lennard and Jones, C being 4.
+    let (table, ..) = given(&["1.3", "0.9", "12", "6"], &["1", "1", "12", "6"], Mixing::Geometric).unwrap();
+    for r in [0.8, 1.0, 1.5, 2.4f64] {
+        let s6 = (0.9 / r).powi(6);
+        let exact = 4.0 * 1.3 * s6 * (s6 - 1.0);
+        assert!((table.evaluate(0, 0, r).unwrap().energy - exact).abs() < 1e-14 * exact.abs().max(1.0));
     }
 }
 

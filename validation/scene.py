@@ -49,6 +49,8 @@ _KNOWN: dict[str, dict] = {
     "drag": {"lj_time": 2.15, "quick": {"steps": 150}},
     "limit": {"quick": {"steps": 100}},
     "nvt": {"quick": {"steps": 100}},
+    # Cores three times as stiff as those of Lennard-Jones particles.
+    "mie": {"lj_time": 0.6, "quick": {"size": 5, "steps": 120}},
     "tail": {"quick": {"steps": 150}},
     "walls": {"quick": {"steps": 150}},
     "yukawa": {"quick": {"size": 5, "steps": 150}},

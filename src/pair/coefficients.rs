@@ -151,6 +151,9 @@ impl PairCoefficients {
         let own_cutoff = values.len() > wanted;
         let cutoff = if own_cutoff { values[wanted] } else { self.global_cutoff };
         values.truncate(wanted);
+        if let Some(why) = self.refuses(&values) {
+            return Err((wanted - 1, why.to_string()));
+        }
         // LAMMPS takes `2 1` for `1 2`.
         let single = rows.0 == rows.1 && columns.0 == columns.1;
         let (rows, columns) = if single && rows.0 > columns.0 { (columns, rows) } else { (rows, columns) };
@@ -214,7 +217,7 @@ impl PairCoefficients {
                 Mix::Energy | Mix::Never => self.mixing.energy(*x, *y, s, t),
             });
         }
-        if values.iter().any(|x| !x.is_finite()) {
+        if values.iter().any(|x| !x.is_finite()) || self.refuses(&values).is_some() {
             return Err(format!(
                 "mixing the coefficients of types {} and {} gives no number; set pair_coeff {} {}",
                 i + 1,
@@ -224,6 +227,11 @@ impl PairCoefficients {
             ));
         }
         Ok(self.pair(values, self.mixing.distance(a.cutoff, b.cutoff)))
+    }
+
+    /// [`super::PairStyle::refuses`] of the style.
+    fn refuses(&self, coefficients: &[f64]) -> Option<&'static str> {
+        with_style(self.style.name, Refuses(coefficients)).flatten()
     }
 
     fn pair(&self, coefficients: Vec<f64>, cutoff: f64) -> TypePair {
@@ -275,6 +283,15 @@ impl StyleVisitor for EnergyAt<'_> {
     type Output = f64;
     fn visit<S: super::PairStyle>(self) -> f64 {
         S::eval::<f64>(self.cutoff * self.cutoff, &S::params(self.coefficients, self.settings, self.cutoff)).energy
+    }
+}
+
+struct Refuses<'a>(&'a [f64]);
+
+impl StyleVisitor for Refuses<'_> {
+    type Output = Option<&'static str>;
+    fn visit<S: super::PairStyle>(self) -> Self::Output {
+        S::refuses(self.0)
     }
 }
 

@@ -42,6 +42,7 @@ pub struct Dimension {
 }
 
 impl Dimension {
+    pub const NUMBER: Self = Self { energy: 0, length: 0 };
     pub const ENERGY: Self = Self { energy: 1, length: 0 };
     pub const LENGTH: Self = Self { energy: 0, length: 1 };
     pub const INVERSE_LENGTH: Self = Self { energy: 0, length: -1 };
@@ -85,6 +86,10 @@ pub trait PairStyle: Send + Sync + 'static {
     fn map<A: Real, B: Real>(params: &Self::Params<A>, convert: impl Convert<A, B>) -> Self::Params<B>;
     /// The untruncated formula at squared distance `r2`.
     fn eval<R: Real>(r2: R, params: &Self::Params<R>) -> PairValue<R>;
+    /// What is wrong with values of [`PairStyle::COEFFICIENTS`] together, if something is.
+    fn refuses(_coefficients: &[f64]) -> Option<&'static str> {
+        None
+    }
     /// Integral of U(r) r^2 from the cutoff to infinity, energy times volume, for `pair_modify tail`; `None` where LAMMPS
     /// corrects nothing.
     fn tail(_params: &Self::Params<f64>, _cutoff: f64) -> Option<f64> {

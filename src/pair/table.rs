@@ -92,15 +92,23 @@ impl PairTable {
         self.pairs.first().is_some_and(|pair| self.beyond(pair).is_some())
     }
 
-    /// A pair that is switched off has no cutoff that a tail could begin at.
+    /// A pair that is switched off has no cutoff that a tail could begin at, and a potential may fall off too slowly for one.
     pub(super) fn check_tail(&self) -> Result<(), String> {
-        match self.pairs.iter().position(|pair| pair.cutoff <= 0.0) {
-            Some(k) if self.tail && self.has_tail() => {
-                let (i, j) = (k / self.types + 1, k % self.types + 1);
-                Err(format!("pair_modify tail: expected a cutoff above 0 for types {i} {j}, got 0"))
-            }
-            _ => Ok(()),
+        if !self.tail || !self.has_tail() {
+            return Ok(());
         }
+        for (k, pair) in self.pairs.iter().enumerate() {
+            let (i, j) = (k / self.types + 1, k % self.types + 1);
+            if pair.cutoff <= 0.0 {
+                return Err(format!("pair_modify tail: expected a cutoff above 0 for types {i} {j}, got 0"));
+            }
+            if self.beyond(pair).is_some_and(|integral| !integral.is_finite()) {
+                return Err(format!(
+                    "pair_modify tail: expected a potential that falls off faster than r^-3 for types {i} {j}"
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// Tail corrections where there are so many atoms of each type (from 0); none unless they are asked for.

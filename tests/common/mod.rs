@@ -9,7 +9,7 @@ use octant::engine::cpu::{CpuBackend, CpuOptions};
 use octant::engine::cuda::{CudaBackend, CudaOptions, Tuning};
 use octant::engine::{Backend, Precision, Program};
 use octant::neighbor::{Policy, Search, SearchPlan};
-use octant::pair::{Coefficient, PairCoefficients, PairTable, StyleInfo};
+use octant::pair::{Coefficient, Dimension, PairCoefficients, PairTable, StyleInfo};
 use octant::real::Isa;
 use octant::system::{GROUP_ALL, LostAtoms, Side, SimulationBox, State, Units, Vec3};
 
@@ -185,8 +185,11 @@ pub fn program_of_style(style: &StyleInfo, shift: bool, energy: f64, length: f64
     pair.reset(style.settings.iter().map(|c| 1.1 * c.dimension.size(energy, length)).collect(), 2.5 * length);
     pair.shift = shift;
     for (n, (i, j)) in [(1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
-        let value =
-            |(k, c): (usize, &Coefficient)| (1.0 + 0.1 * n as f64 - 0.05 * k as f64) * c.dimension.size(energy, length);
+        let value = |(k, c): (usize, &Coefficient)| match c.dimension {
+            // Exponents.
+            Dimension::NUMBER => 20.0 - 4.0 * k as f64 + 0.1 * n as f64,
+            other => (1.0 + 0.1 * n as f64 - 0.05 * k as f64) * other.size(energy, length),
+        };
         let values = style.coefficients.iter().enumerate().map(value);
         let words: Vec<String> = values.chain([(2.5 - 0.3 * n as f64) * length]).map(|x: f64| x.to_string()).collect();
         let words: Vec<&str> = words.iter().map(String::as_str).collect();

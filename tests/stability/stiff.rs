@@ -102,7 +102,7 @@ fn amplitude(state: &State, program: &Program, scene: &(State, SimulationBox)) -
     let apart = state.x[0].x - state.x[1].x;
     let rest = match program.pair.style {
         "harmonic/cut" => 0.5 * scene.1.lengths().x,
-        _ => program.pair.pairs[0].coefficients[2],
+        _ => Well::of(&program.pair.pairs[0].coefficients).place,
     };
     apart - rest
 }
@@ -142,29 +142,54 @@ fn a_light_particle_between_two_heavy_ones() {
     }
 }
 
-/// Well of depth 1 at 1.12 as steep as that of a Mie 36-18 potential: 2 alpha^2 = 36 * 18 / r0^2.
-const WELL: [f64; 4] = [1.0, 18.0 / 1.12, 1.12, 2.5];
+/// The minimum of a Mie potential, from its formula's derivatives there.
+struct Well {
+    place: f64,
+    /// U'', and U''' and U'''' over it, without their signs.
+    stiffness: f64,
+    third: f64,
+    fourth: f64,
+}
+
+impl Well {
+    fn of(coefficients: &[f64]) -> Self {
+        let [depth, sigma, m, n] = [0, 1, 2, 3].map(|k| coefficients[k]);
+        let place = sigma * (m / n).powf(1.0 / (m - n));
+        let stiffness = depth * m * n / place.powi(2);
+        let fourth = (m * m + m * n + n * n + 6.0 * (m + n) + 11.0) / place.powi(2);
+        Self { place, stiffness, third: (m + n + 3.0) / place, fourth }
+    }
+
+    /// How much the frequency of an oscillation of this amplitude is off that of a small one, relatively (L. D. Landau and
+    /// E. M. Lifshitz, Mechanics, section 28).
+    fn shift(&self, amplitude: f64) -> f64 {
+        (self.fourth / 16.0 - 5.0 * self.third.powi(2) / 48.0).abs() * amplitude.powi(2)
+    }
+}
+
+/// epsilon, sigma, exponents, cutoff.
+const CORE: [f64; 5] = [1.0, 1.0, 36.0, 6.0, 2.5];
 
 #[test]
-fn a_core_as_steep_as_r_to_the_minus_36() {
-    let case = Case::new(SECTION, "a core as steep as r^-36 (morse, alpha r0 = 18), omega at the well's minimum");
-    let alpha = WELL[1];
-    let omega = (2.0 * alpha * alpha * 2.0f64).sqrt();
+fn a_core_of_r_to_the_minus_36() {
+    let case = Case::new(SECTION, "a core of r^-36 (mie/cut 36-6), omega at the well's minimum");
+    let well = Well::of(&CORE);
+    let omega = (2.0 * well.stiffness).sqrt();
     for omega_dt in [0.1, 0.5, 1.0, 1.5, 1.9] {
         let shadow = Shadow { omega_dt };
-        let program = program_of("morse", &WELL, &[1.0, 1.0], 0.3, omega_dt / omega);
+        let program = program_of("mie/cut", &CORE, &[1.0, 1.0], 0.3, omega_dt / omega);
         let (size, n) = (2e-4, 100);
-        let scene = pair(WELL[2], size, [1.0; 2], [9.0; 3]);
-        // The well is not quite harmonic: the middle moves by 3/2 alpha u^2 and the frequency by (alpha u)^2 / 2, twice that as
-        // the timestep magnifies it.
-        let other =
-            3.0 * alpha * size * size + n as f64 * omega_dt * shadow.gain(1).max(1.0) * (alpha * size).powi(2) * size;
+        let scene = pair(well.place, size, [1.0; 2], [9.0; 3]);
+        // The well is not quite harmonic: the middle moves by a quarter of U''' / U'' u^2, with as much again of twice the
+        // frequency, and the frequency shifts, twice that as the timestep magnifies it.
+        let turned = 2.0 * n as f64 * omega_dt * shadow.gain(1).max(1.0) * well.shift(size);
+        let other = well.third * size * size + turned * size;
         each(|variant| follow(case, variant, &program, &scene, &shadow, n, other));
     }
     let case = Case::new(SECTION, "energy in that well, omega dt = 0.1, 10 000 steps");
     let (omega_dt, size) = (0.1, 0.01);
-    let program = program_of("morse", &WELL, &[1.0, 1.0], 0.3, omega_dt / omega);
-    let scene = pair(WELL[2], size, [1.0; 2], [9.0; 3]);
+    let program = program_of("mie/cut", &CORE, &[1.0, 1.0], 0.3, omega_dt / omega);
+    let scene = pair(well.place, size, [1.0; 2], [9.0; 3]);
     each(|variant| {
         let mut backend = started(variant, &program, &scene.0, &scene.1);
         let start = energy(&backend.sums().unwrap());
@@ -174,10 +199,11 @@ fn a_core_as_steep_as_r_to_the_minus_36() {
             worst = worst.max((energy(&backend.sums().unwrap()) - start).abs());
         }
         // A harmonic oscillator's energy swings by (omega dt)^2 / 4 of what is above the minimum, 1 for this well of depth -1;
-        // twice for what is not harmonic, and rounding as a random walk: force times step, and the energy itself.
+        // twice for what is not harmonic. Rounding as a random walk: of positions of size 4 and of the distance, as the stiffness
+        // makes a force of it, times the amplitude; and of the energy itself.
         let above = start + 1.0;
         let (position, force) = rounding(variant.precision);
-        let walk = 100.0 * (position + force) * 2.0 * alpha * size;
+        let walk = 100.0 * (4.0 * position + force) * well.place * well.stiffness * size;
         let bound = 2.0 * omega_dt.powi(2) / 4.0 * above + walk + 4.0 * force;
         case.check(
             variant,

@@ -99,6 +99,8 @@ pub trait Lanes: Real {
     /// Times two to the power of a whole number; right where the result is a normal number and n below 1024 (f32: 128), or
     /// everywhere.
     fn times_power_of_two(self, n: Self) -> Self;
+    /// Whole n and m from 1 to 2 with m 2^n this number, of positive normal numbers.
+    fn split(self) -> (Self, Self);
     /// The larger of two numbers, where neither is NaN.
     fn max(self, other: Self) -> Self;
     /// The smaller of two numbers, where neither is NaN.

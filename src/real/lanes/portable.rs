@@ -124,6 +124,12 @@ macro_rules! real_lanes {
                 Self(std::array::from_fn(|k| (self.0[k] + self.0[k]) * power(n.0[k])))
             }
             #[inline(always)]
+            fn split(self) -> (Self, Self) {
+                let exponent = |x: $t| (x.to_bits() >> $mantissa) as i32 - $bias;
+                let significand = |x: $t| $t::from_bits(x.to_bits() & ((1 << $mantissa) - 1) | $bias << $mantissa);
+                (Self(self.0.map(|x| exponent(x) as $t)), Self(self.0.map(significand)))
+            }
+            #[inline(always)]
             fn max(self, other: Self) -> Self {
                 self.zip(other, |a, b| if a > b { a } else { b })
             }

@@ -79,6 +79,18 @@ impl<L: Lanes> Work for Arithmetic<L> {
                 near(L::splat(t).exp(), &|_| want, 4.0);
             }
         }
+        for step in -600..=600 {
+            let t = L::Element::of((largest * f64::from(step) / 620.0).exp()).double();
+            near(L::constant(t).ln(), &|_| t.ln(), 2.0);
+            // Near 1, where all digits but those of f cancel.
+            let t = L::Element::of(1.0 + f64::from(step) / 1500.0).double();
+            near(L::constant(t).ln(), &|_| t.ln(), 2.0);
+        }
+        let special = |x: f64| out(L::constant(x).ln())[0];
+        assert_eq!(special(1.0), 0.0);
+        assert_eq!(special(0.0), f64::NEG_INFINITY);
+        assert_eq!(special(f64::INFINITY), f64::INFINITY);
+        assert!(special(-1.0).is_nan() && special(f64::NEG_INFINITY).is_nan() && special(f64::NAN).is_nan());
         let special = |x: f64| out(L::constant(x).exp())[0];
         assert_eq!(special(f64::NEG_INFINITY), 0.0);
         assert_eq!(special(-1e5), 0.0);

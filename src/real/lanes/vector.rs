@@ -125,6 +125,10 @@ macro_rules! vector_lanes {
                 times_power_of_two::$t(self, n)
             }
             #[inline(always)]
+            fn split(self) -> (Self, Self) {
+                split::$t(self)
+            }
+            #[inline(always)]
             fn max(self, other: Self) -> Self {
                 unsafe { Self($max(self.0, other.0)) }
             }

@@ -260,6 +260,32 @@ mod power_of_two {
     }
 }
 
+/// Exponents and significands by their bits, named by the type of the lanes.
+mod split {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(x: F32) -> (F32, F32) {
+        unsafe {
+            let bits = _mm256_castps_si256(x.0);
+            let exponent = F32(_mm256_cvtepi32_ps(_mm256_srli_epi32::<23>(bits))) - F32::constant(127.0);
+            let digits = _mm256_and_si256(bits, _mm256_set1_epi32(0x007f_ffff));
+            (exponent, F32(_mm256_or_ps(_mm256_castsi256_ps(digits), _mm256_set1_ps(1.0))))
+        }
+    }
+    #[inline(always)]
+    pub fn f64(x: F64) -> (F64, F64) {
+        // A whole number in the low bits of 2^52 is added to it.
+        const ABOVE: f64 = 4_503_599_627_370_496.0;
+        unsafe {
+            let bits = _mm256_castpd_si256(x.0);
+            let biased = _mm256_castsi256_pd(_mm256_srli_epi64::<52>(bits));
+            let exponent = F64(_mm256_or_pd(biased, _mm256_set1_pd(ABOVE))) - F64::constant(ABOVE + 1023.0);
+            let digits = _mm256_and_si256(bits, _mm256_set1_epi64x(0x000f_ffff_ffff_ffff));
+            (exponent, F64(_mm256_or_pd(_mm256_castsi256_pd(digits), _mm256_set1_pd(1.0))))
+        }
+    }
+}
+
 /// Folds the lanes, halves first, named by the type of the lanes.
 mod fold {
     use super::*;

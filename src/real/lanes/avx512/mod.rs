@@ -100,6 +100,19 @@ mod times_power_of_two {
     }
 }
 
+/// Exponents and significands, named by the type of the lanes.
+mod split {
+    use super::*;
+    #[inline(always)]
+    pub fn f32(x: F32) -> (F32, F32) {
+        unsafe { (F32(_mm512_getexp_ps(x.0)), F32(_mm512_getmant_ps::<_MM_MANT_NORM_1_2, _MM_MANT_SIGN_SRC>(x.0))) }
+    }
+    #[inline(always)]
+    pub fn f64(x: F64) -> (F64, F64) {
+        unsafe { (F64(_mm512_getexp_pd(x.0)), F64(_mm512_getmant_pd::<_MM_MANT_NORM_1_2, _MM_MANT_SIGN_SRC>(x.0))) }
+    }
+}
+
 /// Sums of all lanes, named by the type of the lanes.
 mod sum {
     use super::*;
