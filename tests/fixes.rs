@@ -79,7 +79,8 @@ fn gravity_is_in_the_force_and_in_no_energy_or_virial() {
         let plain = program(&[2.5], 0.3, Search::Trimmed);
         let mut heavy = plain.clone();
         heavy.fixes.push(gravity(GROUP_ALL, [0.0, 3.0, -5.0]));
-        let (mut a, mut b) = (started(&variant, 2, &plain, &state, &space), started(&variant, 2, &heavy, &state, &space));
+        let (mut a, mut b) =
+            (started(&variant, 2, &plain, &state, &space), started(&variant, 2, &heavy, &state, &space));
         let (sums, with) = (a.sums().unwrap(), b.sums().unwrap());
         assert_eq!((sums.potential, sums.virial), (with.potential, with.virial), "{}", variant.name);
         let (a, b) = (fetched(&*a), fetched(&*b));

@@ -63,7 +63,6 @@ enum OnErrorArg {
     Checkpoint,
 }
 
-
 impl RunArgs {
     fn settings(self) -> (PathBuf, Settings) {
         let settings = Settings {

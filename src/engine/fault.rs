@@ -76,7 +76,8 @@ impl Fault {
 impl Fault {
     /// Whether a shorter timestep may have been all it took: particles met, or one was thrown out.
     pub fn has_come_too_far(&self) -> bool {
-        let met = self.kind == FaultKind::Force && self.nearest.is_some_and(|(_, distance)| !self.is_same_point(distance));
+        let met =
+            self.kind == FaultKind::Force && self.nearest.is_some_and(|(_, distance)| !self.is_same_point(distance));
         met || self.before.is_some()
     }
 

@@ -168,28 +168,27 @@ pub fn fail(
     let kept = if live.settings.no_files {
         None
     } else if let Some(step) = checkpoint {
-        Some(format!("the state of step {step}, before the warning, is in {} (read_data takes it)", live.good_path().display()))
+        Some(format!(
+            "the state of step {step}, before the warning, is in {} (read_data takes it)",
+            live.good_path().display()
+        ))
     } else {
         let good = live.last_good(&mut why, script, watch.is_some());
         good.map(|good| live.keep(script, &good, program))
     };
-    let ended = |message: String| {
-        let lines = [Some(message)].into_iter().chain(advice).chain([kept.clone()]).flatten();
-        RunError::Error(Error::Fault(lines.collect::<Vec<_>>().join("\n  ")))
-    };
-    match why {
-        Trouble::Stop(why) => return ended(why.to_string()),
-        Trouble::Broken(text) => return ended(text),
-        _ => {}
-    }
-    // The words of the others point into the script or to a file.
-    if let Some(text) = &kept {
+    // The words of what went wrong with output point into the script, or to a file.
+    if let (Trouble::Complaint(_) | Trouble::Error(_), Some(text)) = (&why, &kept) {
         live.console.line(&capital(text));
     }
+    let ended = |message: String| {
+        let lines: Vec<String> = [Some(message)].into_iter().chain(advice).chain([kept]).flatten().collect();
+        RunError::Error(Error::Fault(lines.join("\n  ")))
+    };
     match why {
+        Trouble::Stop(why) => ended(why.to_string()),
+        Trouble::Broken(text) => ended(text),
         Trouble::Complaint(complaint) => RunError::Complaint(complaint),
         Trouble::Error(error) => RunError::Error(error),
-        Trouble::Stop(_) | Trouble::Broken(_) => unreachable!("told above"),
     }
 }
 

@@ -69,7 +69,7 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     let program = Arc::new(program);
     let schedule = ThermoSchedule { every: script.thermo_every, first };
     let mut watch = Watch::new(program.clone(), first, keep);
-    live.particles_step = first;
+    (live.particles_step, live.alarmed) = (first, false);
     if keep {
         live.backend.continue_run(&program, &script.scene.state, first)?;
     } else {

@@ -1,5 +1,5 @@
-//! Signs that the timestep is too large, looked for while a run goes on: where its outputs stop it anyway, and at a few steps of
-//! its own. Nothing is worked out at the steps between.
+//! Signs that the timestep is too large, looked for while a run goes on: at its outputs, and at a few steps that are asked for.
+//! Nothing is worked out at the steps between.
 //!
 //! Three signs, each told once a run. *Strides*: the fastest particle goes farther than half the skin in a step, or its collisions
 //! are too hard for the timestep (`engine/stride`). *Energy*: where nothing but the timestep changes the total energy, it is
@@ -128,6 +128,9 @@ impl Watch {
 
     /// The next step after `now` that it wants to see.
     pub fn next(&self, now: i64) -> i64 {
+        if !self.program.moves() {
+            return i64::MAX;
+        }
         let done = now - self.first_step;
         let next = if self.goes_on || done >= LONGEST {
             (done / LONGEST + 1) * LONGEST
@@ -310,4 +313,70 @@ pub fn would_do(timestep: f64) -> String {
 
 fn short(x: f64) -> String {
     format_g(x, 0, 4, false)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::session::{Settings, first_run};
+
+    /// A watch of a scene with these fixes.
+    fn watch(fixes: &str) -> Watch {
+        let script = format!(
+            "units lj\nregion b block 0 9 0 9 0 9\nlattice sc 1\ncreate_box 1 b\ncreate_atoms 1 single 1 1 1\n\
+             mass 1 1\npair_style lj/cut 2.5\npair_coeff 1 1 1 1\n{fixes}run 1\n"
+        );
+        let program = first_run("scene", &script, &Settings::default()).unwrap().program;
+        Watch::new(Arc::new(program), 100, false)
+    }
+
+    /// What there is to tell of potential and kinetic energies of 100 atoms, 1000 pairs in reach, one look after another.
+    fn found(watch: &mut Watch, energies: &[(f64, f64)]) -> Vec<String> {
+        for (k, (potential, kinetic)) in energies.iter().enumerate() {
+            let kinetic = [2.0 * kinetic, 0.0, 0.0, 0.0, 0.0, 0.0];
+            let sums = Sums { potential: *potential, kinetic, ..Sums::default() };
+            let neighbors = NeighborStatistics { pairs: 1000, ..NeighborStatistics::default() };
+            watch.see(100 + k as i64, &sums, 100, &neighbors);
+        }
+        watch.take_found()
+    }
+
+    #[test]
+    fn looks_become_rare() {
+        let at = |watch: &Watch, now| watch.next(now) - 100;
+        let new = watch("fix 1 all nve\n");
+        assert_eq!([100, 101, 103, 104, 116, 100 + 4096].map(|now| at(&new, now)), [1, 4, 4, 16, 64, 16384]);
+        assert_eq!([16484, 16485, 40000].map(|now| at(&new, now)), [32768, 32768, 49152]);
+        assert_eq!(at(&Watch { goes_on: true, ..watch("fix 1 all nve\n") }, 100), 16384);
+        assert_eq!(watch("").next(100), i64::MAX);
+    }
+
+    #[test]
+    fn an_energy_may_change_as_truncation_changes_it_and_a_little() {
+        // 1000 pairs of U(2.5) = -0.016317; a tenth of the largest kinetic energy; rounding of the potential energy.
+        let most = 16.317 + 20.0 + 0.05;
+        let jump = |off: f64| found(&mut watch("fix 1 all nve\n"), &[(-500.0, 200.0), (-500.0 + off, 200.0)]);
+        assert!(jump(most - 0.1).is_empty() && jump(0.1 - most).is_empty());
+        let told = jump(most + 0.1);
+        assert!(
+            told[0]
+                .starts_with("step 101: since step 100 the total energy, which should stay, has risen by 36.47 (18.2")
+        );
+        assert!(jump(-most - 0.1)[0].contains("has fallen by "));
+        // Slowly all the same, and once.
+        let slow: Vec<_> = (0..20).map(|k| (-500.0 + 5.0 * f64::from(k), 200.0)).collect();
+        assert_eq!(found(&mut watch("fix 1 all nve\n"), &slow).len(), 1);
+        assert!(found(&mut watch("fix 1 all nve\nfix 2 all gravity 1 vector 0 0 1\n"), &slow).is_empty());
+    }
+
+    #[test]
+    fn a_temperature_may_double_where_something_pays_for_it() {
+        let bath = |t: &str| watch(&format!("fix 1 all nve\nfix 2 all langevin {t} {t} 1.0 5\n"));
+        // T = 1.35, then 4.
+        let risen = [(-500.0, 200.0), (-500.0, 600.0)];
+        assert_eq!(found(&mut bath("1.0"), &risen).len(), 1);
+        assert!(found(&mut bath("2.5"), &risen).is_empty(), "the bath");
+        assert!(found(&mut bath("1.0"), &[(-200.0, 200.0), (-500.0, 600.0)]).is_empty(), "the potential energy");
+        assert_eq!(found(&mut watch("fix 1 all nve\n"), &risen).len(), 2, "energy and temperature");
+    }
 }

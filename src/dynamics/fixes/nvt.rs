@@ -6,7 +6,8 @@
 
 use crate::dynamics::thermostat::{Group, Moment};
 use crate::dynamics::{
-    no_variable, nve, target_temperature, temperatures, Balance, FixArguments, FixScene, FixStyle, Given, Motion, Phase, Step,
+    no_variable, nve, target_temperature, temperatures, Balance, FixArguments, FixScene, FixStyle, Given, Motion,
+    Phase, Step,
 };
 use crate::real::Real;
 use crate::script::{Args, Complaint};
