@@ -110,7 +110,11 @@ impl<'r, 'l> RunLoop<'r, 'l> {
     /// shown.
     fn advance(&mut self, progress: &mut Progress) -> Result<Reached, Trouble> {
         let look = self.watch.next(self.now);
-        let rows = self.rows_of_sums();
+        let mut rows = self.rows_of_sums();
+        if rows > 0 && !self.script.thermo.needs().sums() {
+            // Rows without energies do not serve the watch.
+            rows = rows.min((look - 1 - self.now) / self.schedule.every);
+        }
         if rows > 1 && self.now + self.schedule.every <= look {
             let rows = rows.min(self.pace(progress) / self.schedule.every);
             if rows > 1 {
@@ -118,11 +122,9 @@ impl<'r, 'l> RunLoop<'r, 'l> {
             }
         }
         let dumps = self.live.dumps.iter().filter_map(|(_, d)| d.next(self.now, self.last));
-        let next = dumps.chain(self.schedule.next(self.now, self.last)).chain([self.last]).min().unwrap_or(self.last);
-        let (next, wanted) = match look < next {
-            true => (look, self.watch.needs()),
-            false => (next, self.needs_at(next)),
-        };
+        let rows = self.schedule.next(self.now, self.last);
+        let next = dumps.chain(rows).chain([self.last, look]).min().unwrap_or(self.last);
+        let wanted = self.needs_at(next);
         let mut reached = Reached::End;
         while self.now < next && reached == Reached::End {
             let ahead = self.pace(progress).clamp(1, next - self.now);
@@ -132,6 +134,9 @@ impl<'r, 'l> RunLoop<'r, 'l> {
             self.summed = needs.sums() || reached == Reached::Interrupted;
             self.now = self.live.backend.step();
             progress.reach(self.now);
+            if self.live.wants_checkpoint() {
+                break;
+            }
         }
         Ok(reached)
     }
@@ -183,6 +188,9 @@ impl<'r, 'l> RunLoop<'r, 'l> {
         if due(self.schedule.next(self.now, self.last)) {
             needs = needs.union(self.script.thermo.needs());
         }
+        if self.watch.next(self.now) == step {
+            needs = needs.union(self.watch.needs());
+        }
         let dumps = self.live.dumps.iter().filter(|(_, d)| due(d.next(self.now, self.last)));
         dumps.fold(needs, |needs, (_, dump)| needs.union(dump.needs()))
     }
@@ -199,7 +207,8 @@ impl<'r, 'l> RunLoop<'r, 'l> {
         let lost = self.live.backend.lost();
         // Energies and pressures need no particles on this side.
         let columns = self.script.thermo.needs();
-        let fetched = columns.positions || columns.forces || dump_due.contains(&true) || lost > self.lost;
+        let shows = thermo_due && (columns.positions || columns.forces);
+        let fetched = shows || dump_due.contains(&true) || lost > self.lost;
         self.fetch(!fetched)?;
         if lost > self.lost && self.program.lost == LostAtoms::Warn {
             let text = format!("{lost} atoms left through a free side and are gone by step {}", self.now);
