@@ -118,7 +118,9 @@ fn hardest(program: &Program, (i, j): (usize, usize), speed: f64, distance: f64)
             steepest = steepest.max(slope);
         }
         r *= NEARER;
-        if r < CLOSEST * cutoff || !(value(r).0 <= energy) {
+        // An energy that is no number is none to get to.
+        let gets_there = value(r).0 <= energy;
+        if r < CLOSEST * cutoff || !gets_there {
             break;
         }
     }
