@@ -62,7 +62,13 @@ fn every_stop_leaves_the_last_good_state() {
             let log = folder.read("log.octant");
             let place = format!("he state of step {written} is in {FILE} (read_data takes it)");
             assert!(log.contains(&place), "{}: {log}", variant.name);
-            goes_on(&folder, &words.replace("single", "double"));
+            if script.contains("1e200") {
+                // Its speeds are what they were: the file is fine, the run would not be.
+                folder.write("again.in", &format!("units lj\npair_style lj/cut 2.5\nread_data {FILE}\n"));
+                assert!(folder.says("check again.in").contains("fine: ") && folder.read(FILE).contains("e+200"));
+                continue;
+            }
+            goes_on(&folder, &words);
         }
     }
 }
