@@ -15,9 +15,11 @@ fn step_of(folder: &Folder) -> i64 {
     text.split(',').next().unwrap().parse().unwrap()
 }
 
-/// Runs on from the file.
+/// Runs on from the file, with coefficients of its own: those in it may be what ended the run.
 fn goes_on(folder: &Folder, words: &str) {
-    let script = format!("units lj\npair_style lj/cut 2.5\nread_data {FILE}\nfix 1 all nve\ntimestep 1e-9\nrun 20\n");
+    let script = format!(
+        "units lj\npair_style lj/cut 2.5\nread_data {FILE}\npair_coeff 1 1 1.0 1.0\nfix 1 all nve\ntimestep 1e-9\nrun 20\n"
+    );
     folder.write("again.in", &script);
     assert!(folder.says(&format!("run again.in --log again.log {words}")).contains("Loop time of"));
     std::fs::remove_file(folder.0.join(FILE)).unwrap();
