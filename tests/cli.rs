@@ -125,7 +125,8 @@ fn the_report_says_what_the_log_says() {
     assert!(folder.has("my.log") && !folder.has("log.octant"));
     let report: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
     let keys: Vec<&String> = report.as_object().unwrap().keys().collect();
-    let mut expected = ["version", "settings", "atoms", "thermo", "neighbors", "timing", "memory", "files"];
+    let mut expected =
+        ["version", "settings", "atoms", "thermo", "neighbors", "timing", "memory", "files", "warnings", "error"];
     let mut found: Vec<&str> = keys.iter().map(|k| k.as_str()).collect();
     found.sort_unstable();
     expected.sort_unstable();

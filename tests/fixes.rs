@@ -2,16 +2,12 @@
 
 mod common;
 
-use std::sync::atomic::AtomicBool;
-
-use common::{Noise, Variant, all_pairs, arc, free_or_periodic, melt, program, variants};
+use common::{Noise, Variant, advanced, all_pairs, fetched, free_or_periodic, melt, program, started, variants};
 use octant::dynamics::Fix;
-use octant::engine::{Backend, Needs, Precision, Program};
+use octant::engine::Precision;
 use octant::neighbor::Search;
 use octant::pair::PairCoefficients;
 use octant::system::{GROUP_ALL, SimulationBox, State, Vec3};
-
-const ALL: Needs = Needs { energy: true, virial: true, pressure: true, positions: true, forces: true };
 
 fn fix(style: &'static str, group: u32, choice: u32, parameters: Vec<f64>) -> Fix {
     Fix { id: style.into(), style, group, choice, parameters, ..Fix::default() }
@@ -25,29 +21,6 @@ fn gravity(group: u32, acceleration: [f64; 3]) -> Fix {
 fn walls(space: &SimulationBox) -> Fix {
     let both = |axis: usize| [space.lo[axis], space.hi[axis]];
     fix("wall/reflect", GROUP_ALL, 63, [both(0), both(1), both(2)].concat())
-}
-
-fn started(variant: &Variant, program: &Program, state: &State, space: &SimulationBox) -> Box<dyn Backend> {
-    let mut backend = variant.backend(2);
-    backend.load(arc(program.clone()), state, space, 0).unwrap();
-    if let Err(fault) = backend.set_up(ALL) {
-        panic!("{}: {fault}", variant.name);
-    }
-    backend
-}
-
-/// The state after some more steps.
-fn advanced(variant: &Variant, backend: &mut dyn Backend, steps: u64) -> State {
-    if let Err(fault) = backend.advance(steps, ALL, &AtomicBool::new(false)) {
-        panic!("{}: {fault}", variant.name);
-    }
-    fetched(backend)
-}
-
-fn fetched(backend: &dyn Backend) -> State {
-    let mut state = State::default();
-    backend.fetch(&mut state).unwrap();
-    state
 }
 
 /// Particles that never meet, of two types (masses 1 and 2), some of them in a group of their own (bit 2), in a box without
@@ -79,7 +52,7 @@ fn gravity_pulls_all_masses_of_its_group_alike() {
             let mut program = program(&[1.0, 1.0], 0.3, Search::Trimmed);
             // Before the integrator: forces are its business all the same.
             program.fixes.insert(0, gravity(group, g.into()));
-            let mut backend = started(&variant, &program, &state, &space);
+            let mut backend = started(&variant, 2, &program, &state, &space);
             let falls = |k: usize| of_group[usize::from(state.mask[k] & 2 == 0)];
             let at_start = fetched(&*backend);
             let t = 200.0 * program.timestep;
@@ -106,7 +79,8 @@ fn gravity_is_in_the_force_and_in_no_energy_or_virial() {
         let plain = program(&[2.5], 0.3, Search::Trimmed);
         let mut heavy = plain.clone();
         heavy.fixes.push(gravity(GROUP_ALL, [0.0, 3.0, -5.0]));
-        let (mut a, mut b) = (started(&variant, &plain, &state, &space), started(&variant, &heavy, &state, &space));
+        let (mut a, mut b) =
+            (started(&variant, 2, &plain, &state, &space), started(&variant, 2, &heavy, &state, &space));
         let (sums, with) = (a.sums().unwrap(), b.sums().unwrap());
         assert_eq!((sums.potential, sums.virial), (with.potential, with.virial), "{}", variant.name);
         let (a, b) = (fetched(&*a), fetched(&*b));
@@ -141,7 +115,7 @@ fn walls_send_back_what_goes_beyond_them() {
         for walls_first in [false, true] {
             let mut program = program(&[0.01, 0.01], 0.3, Search::Trimmed);
             program.fixes.insert(usize::from(!walls_first), walls(&space));
-            let mut backend = started(&variant, &program, &state, &space);
+            let mut backend = started(&variant, 2, &program, &state, &space);
             let after = advanced(&variant, &mut *backend, 700);
             for k in 0..state.len() {
                 let (x, v) = flown(state.x[k], state.v[k], program.timestep, 700, &space);
@@ -171,7 +145,7 @@ fn walls_of_a_group_let_the_others_pass() {
             moving.x[k].x = moving.x[k].x.abs() + 1.0;
             *v = Vec3::new(-20.0, 0.0, 0.0);
         }
-        let mut backend = started(&variant, &program, &moving, &space);
+        let mut backend = started(&variant, 2, &program, &moving, &space);
         let after = advanced(&variant, &mut *backend, 100);
         for k in 0..state.len() {
             let bounces = moving.mask[k] & 2 != 0 && moving.x[k].x < 10.0;
@@ -208,7 +182,7 @@ fn no_rounding_leaves_a_particle_beyond_a_wall() {
         let mut program = program(&[1e-3], 0.0, Search::Trimmed);
         program.pair = forceless.clone();
         program.fixes.push(walls(&space));
-        let mut backend = started(&variant, &program, &state, &space);
+        let mut backend = started(&variant, 2, &program, &state, &space);
         let after = advanced(&variant, &mut *backend, 600);
         assert_eq!((after.len(), backend.lost()), (120, 0), "{}", variant.name);
         assert!(after.x.iter().all(|x| space.outside(x).is_none()), "{}", variant.name);
@@ -225,7 +199,7 @@ fn second_order_euler_kicks_with_the_old_force() {
         program.fixes[0].style = "nve/euler2";
         program.timestep = 0.002;
         let dt = program.timestep;
-        let mut backend = started(&variant, &program, &state, &space);
+        let mut backend = started(&variant, 2, &program, &state, &space);
         let mut by_hand = fetched(&*backend);
         let origin = by_hand.x.clone();
         let mut unwrapped = by_hand.x.clone();
@@ -273,7 +247,7 @@ fn limited_steps_take_overlaps_apart_and_are_never_longer() {
         let mut program = program(&[2.5], 0.3, Search::Trimmed);
         program.timestep = dt;
         program.fixes = vec![fix("nve/limit", GROUP_ALL, 0, vec![most])];
-        let mut backend = started(&variant, &program, &state, &space);
+        let mut backend = started(&variant, 2, &program, &state, &space);
         let before = backend.sums().unwrap().potential;
         let mut then = fetched(&*backend);
         for step in 0..300 {
@@ -305,7 +279,7 @@ fn limited_steps_are_those_of_their_formula_and_of_their_group() {
         program.fixes = vec![fix("nve/limit", 2, 0, vec![limit * dt])];
         let mut moving = state.clone();
         moving.mask.iter_mut().step_by(2).for_each(|mask| *mask |= 2);
-        let mut backend = started(&variant, &program, &moving, &space);
+        let mut backend = started(&variant, 2, &program, &moving, &space);
         let mut by_hand = fetched(&*backend);
         let start = by_hand.clone();
         let cut = |v: Vec3| if v.norm() > limit { limit * v.normalize() } else { v };

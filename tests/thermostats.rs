@@ -2,16 +2,12 @@
 
 mod common;
 
-use std::sync::atomic::AtomicBool;
-
-use common::{Noise, Variant, arc, free_or_periodic, melt, program, variants};
+use common::{ALL, Noise, advanced, arc, free_or_periodic, melt, program, started, variants};
 use octant::dynamics::Fix;
 use octant::dynamics::noise::noise;
-use octant::engine::{Backend, Needs, Precision, Program};
+use octant::engine::{Backend, Precision, Program};
 use octant::neighbor::Search;
 use octant::system::{GROUP_ALL, SimulationBox, State, Vec3};
-
-const ALL: Needs = Needs { energy: true, virial: true, pressure: true, positions: true, forces: true };
 
 const SEED: u32 = 904_297;
 
@@ -19,30 +15,6 @@ const SEED: u32 = 904_297;
 fn langevin(group: u32, (start, stop): (f64, f64), damp: f64) -> Fix {
     let parameters = vec![start, stop, 1.0 / damp, (24.0 / damp).sqrt(), f64::from(SEED)];
     Fix { id: "bath".into(), style: "langevin", group, choice: u32::from(start != stop), parameters, ..Fix::default() }
-}
-
-fn started(
-    variant: &Variant,
-    threads: usize,
-    program: &Program,
-    state: &State,
-    space: &SimulationBox,
-) -> Box<dyn Backend> {
-    let mut backend = variant.backend(threads);
-    backend.load(arc(program.clone()), state, space, 0).unwrap();
-    if let Err(fault) = backend.set_up(ALL) {
-        panic!("{}: {fault}", variant.name);
-    }
-    backend
-}
-
-fn advanced(variant: &Variant, backend: &mut dyn Backend, steps: u64) -> State {
-    if let Err(fault) = backend.advance(steps, ALL, &AtomicBool::new(false)) {
-        panic!("{}: {fault}", variant.name);
-    }
-    let mut state = State::default();
-    backend.fetch(&mut state).unwrap();
-    state
 }
 
 /// Particles too small to meet, of two types (masses 1 and 2), every third in a group of its own (bit 2).

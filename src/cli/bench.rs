@@ -1,15 +1,91 @@
 //! `octant bench`.
 
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use clap::{Args, ValueEnum};
+
 use super::run::INTERRUPTED;
-use super::{BenchArgs, SceneArg};
+use super::{EngineArgs, PrecisionArg, radius, size};
 use crate::Error;
 use crate::bench::{self, Ended, Options, Row, Said, Scene};
 use crate::engine::Precision;
 use crate::engine::tuned::Choices;
 use crate::output::check_writable;
 use crate::session;
+
+/// What `octant bench --help` tells below the options.
+pub const BENCH_HELP: &str = "\
+Every precision starts from the same melted liquid (2 000 steps; 200 above 2 million atoms) and takes turns with the others, round
+after round; list builds are part of what is timed. Beside the speed stand the force error (against f64 sums over all pairs: of all
+atoms up to 32 000, of a sample above, smaller where there are more than 20 million atoms), the drift of the energy (up to 2 million
+atoms) and the pairs that a list built during the run lacks or has too much, which must be none. Above 2 million atoms precisions
+follow each other. Exit code 1: a list was wrong, or the energy drifted.";
+
+#[derive(Args)]
+pub struct BenchArgs {
+    #[command(flatten)]
+    engine: EngineArgs,
+    /// Arithmetic, one or several.
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "mixed,double")]
+    precision: Vec<PrecisionArg>,
+    /// Numbers of atoms; each is rounded to the nearest box of fcc cells.
+    #[arg(long, value_name = "N,..", value_delimiter = ',', default_value = "4000,32000,131072", value_parser = size)]
+    sizes: Vec<usize>,
+    /// Skin in sigma, or that of the table which a tuning run has made.
+    #[arg(long, value_name = "S|auto", default_value = "auto", value_parser = skin)]
+    skin: Auto<f64>,
+    /// Steps of a timed leg, or as many as take half a second.
+    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = steps)]
+    steps: Auto<i64>,
+    /// Timed legs of each precision, in turns; the table has median, least and most.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..))]
+    rounds: u16,
+    /// What is run: the liquid, or a variant of it.
+    #[arg(long, value_enum, default_value_t)]
+    scene: SceneArg,
+    /// Write the table as CSV, with all columns.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Try skins of 0.2 to 1.4 and, on a GPU, ways to make the kernels, and write a table with the fastest to FILE.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "tuned.txt", conflicts_with_all = ["csv", "skin"])]
+    tune: Option<PathBuf>,
+}
+
+/// A value, or that the program shall find one.
+#[derive(Clone, Copy)]
+struct Auto<T>(Option<T>);
+
+#[derive(Clone, Copy, Default, ValueEnum)]
+enum SceneArg {
+    /// The Lennard-Jones liquid.
+    #[default]
+    Lj,
+    /// The same with a Morse potential.
+    Morse,
+    /// Two types at random, with a cutoff for each pair of types.
+    TwoTypes,
+    /// Energy and virial at every step.
+    Sums,
+}
+
+/// `auto`, or what `parse` makes of the text.
+fn auto<T>(text: &str, parse: impl FnOnce(&str) -> Result<T, String>) -> Result<Auto<T>, String> {
+    if text == "auto" {
+        Ok(Auto(None))
+    } else {
+        parse(text).map(|value| Auto(Some(value))).map_err(|m| m + ", or auto")
+    }
+}
+
+fn skin(text: &str) -> Result<Auto<f64>, String> {
+    auto(text, radius)
+}
+
+fn steps(text: &str) -> Result<Auto<i64>, String> {
+    let count = |text: &str| text.parse().ok().filter(|n| (1..=1_000_000_000).contains(n));
+    auto(text, |text| count(text).ok_or_else(|| "expected 1 to 1 000 000 000 steps".into()))
+}
 
 /// Measures, or tunes; prints rows as they come and writes them to the file.
 pub fn bench(args: BenchArgs) -> Result<ExitCode, Error> {
@@ -40,7 +116,7 @@ pub fn bench(args: BenchArgs) -> Result<ExitCode, Error> {
     }
 }
 
-fn measure(options: &Options, csv: Option<&std::path::Path>) -> Result<ExitCode, Error> {
+fn measure(options: &Options, csv: Option<&Path>) -> Result<ExitCode, Error> {
     let (mut rows, mut written): (Vec<Row>, _) = (Vec::new(), Ok(()));
     let ended = bench::run(options, &mut |said| match said {
         Said::Row(row) => {
@@ -67,7 +143,7 @@ fn measure(options: &Options, csv: Option<&std::path::Path>) -> Result<ExitCode,
     if faults.is_empty() { Ok(ExitCode::SUCCESS) } else { Err(Error::Fault(faults.join("\n"))) }
 }
 
-fn tune(options: &Options, path: &std::path::Path) -> Result<ExitCode, Error> {
+fn tune(options: &Options, path: &Path) -> Result<ExitCode, Error> {
     let (table, ended) = bench::tune(options, &mut |said| tell(&said))?;
     if ended == Ended::Interrupted {
         return Ok(INTERRUPTED.into());

@@ -22,7 +22,6 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use miette::{GraphicalReportHandler, GraphicalTheme, ThemeCharacters, ThemeStyles};
 
 use crate::Error;
-use crate::engine::Precision;
 use crate::neighbor::SearchPlan;
 use crate::script::InputError;
 use crate::session::{BackendChoice, Settings};
@@ -38,14 +37,15 @@ struct Octant {
 #[derive(Subcommand)]
 enum Command {
     /// Run a LAMMPS input script.
-    Run(RunArgs),
+    #[command(after_help = run::RUN_HELP)]
+    Run(run::RunArgs),
     /// Parse and judge a whole script; run nothing.
     Check(ScriptArgs),
     /// Count the neighbors of every atom in a script's initial configuration.
     Neighbors(NeighborArgs),
     /// Measure speed, error and memory of the Lennard-Jones liquid of LAMMPS's bench/in.lj.
-    #[command(after_help = BENCH_HELP)]
-    Bench(BenchArgs),
+    #[command(after_help = bench::BENCH_HELP)]
+    Bench(bench::BenchArgs),
     /// Rerun the experiments of the paper that the octant search was published in, and some it leaves out.
     #[command(after_help = PAPER_HELP)]
     Paper(PaperArgs),
@@ -88,34 +88,6 @@ impl EngineArgs {
 }
 
 #[derive(Args)]
-struct RunArgs {
-    #[command(flatten)]
-    script: ScriptArgs,
-    #[command(flatten)]
-    engine: EngineArgs,
-    /// Arithmetic: all f32; f64 positions and f32 pairs; all f64.
-    #[arg(long, value_enum, default_value_t)]
-    precision: PrecisionArg,
-    /// Neighbor search, NAME or NAME:EDGE with the edge of its cells in neighbor cutoffs; all give the same pairs. NAME: trimmed,
-    /// octant (edges of at least 2), midplane (octant, less cells that are out of reach), standard, brute. With +zorder cells lie
-    /// along a Z-order curve in memory, with +radix particles are sorted by radix (CPU).
-    #[arg(long, value_name = "NAME[:EDGE][+..]", default_value_t, value_parser = search)]
-    search: SearchPlan,
-    /// Log file.
-    #[arg(long, value_name = "FILE", default_value = "log.octant")]
-    log: PathBuf,
-    /// Write a report of the run as JSON.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-    /// Print what the engine was specialized to and what it left out.
-    #[arg(long)]
-    explain: bool,
-    /// Nothing on the screen; the log is written all the same.
-    #[arg(long, short)]
-    quiet: bool,
-}
-
-#[derive(Args)]
 struct NeighborArgs {
     #[command(flatten)]
     script: ScriptArgs,
@@ -136,44 +108,6 @@ struct NeighborArgs {
     /// CPU threads; all cores by default.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-}
-
-/// What `octant bench --help` tells below the options.
-const BENCH_HELP: &str = "\
-Every precision starts from the same melted liquid (2 000 steps; 200 above 2 million atoms) and takes turns with the others, round
-after round; list builds are part of what is timed. Beside the speed stand the force error (against f64 sums over all pairs: of all
-atoms up to 32 000, of a sample above, smaller where there are more than 20 million atoms), the drift of the energy (up to 2 million
-atoms) and the pairs that a list built during the run lacks or has too much, which must be none. Above 2 million atoms precisions
-follow each other. Exit code 1: a list was wrong, or the energy drifted.";
-
-#[derive(Args)]
-struct BenchArgs {
-    #[command(flatten)]
-    engine: EngineArgs,
-    /// Arithmetic, one or several.
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "mixed,double")]
-    precision: Vec<PrecisionArg>,
-    /// Numbers of atoms; each is rounded to the nearest box of fcc cells.
-    #[arg(long, value_name = "N,..", value_delimiter = ',', default_value = "4000,32000,131072", value_parser = size)]
-    sizes: Vec<usize>,
-    /// Skin in sigma, or that of the table which a tuning run has made.
-    #[arg(long, value_name = "S|auto", default_value = "auto", value_parser = skin)]
-    skin: Auto<f64>,
-    /// Steps of a timed leg, or as many as take half a second.
-    #[arg(long, value_name = "N|auto", default_value = "auto", value_parser = steps)]
-    steps: Auto<i64>,
-    /// Timed legs of each precision, in turns; the table has median, least and most.
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..))]
-    rounds: u16,
-    /// What is run: the liquid, or a variant of it.
-    #[arg(long, value_enum, default_value_t)]
-    scene: SceneArg,
-    /// Write the table as CSV, with all columns.
-    #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
-    /// Try skins of 0.2 to 1.4 and, on a GPU, ways to make the kernels, and write a table with the fastest to FILE.
-    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "tuned.txt", conflicts_with_all = ["csv", "skin"])]
-    tune: Option<PathBuf>,
 }
 
 /// What `octant paper --help` tells below the options.
@@ -250,23 +184,6 @@ struct ReportArgs {
     python: Option<PathBuf>,
 }
 
-/// A value, or that the program shall find one.
-#[derive(Clone, Copy)]
-struct Auto<T>(Option<T>);
-
-#[derive(Clone, Copy, Default, ValueEnum)]
-enum SceneArg {
-    /// The Lennard-Jones liquid.
-    #[default]
-    Lj,
-    /// The same with a Morse potential.
-    Morse,
-    /// Two types at random, with a cutoff for each pair of types.
-    TwoTypes,
-    /// Energy and virial at every step.
-    Sums,
-}
-
 #[derive(Clone, Copy, Default, ValueEnum)]
 enum BackendArg {
     #[default]
@@ -318,44 +235,10 @@ fn reference(text: &str) -> Result<(String, f64), String> {
     value.filter(|(_, x)| x.is_finite()).ok_or_else(|| "expected U=NUMBER or P=NUMBER".to_string())
 }
 
-/// `auto`, or what `parse` makes of the text.
-fn auto<T>(text: &str, parse: impl FnOnce(&str) -> Result<T, String>) -> Result<Auto<T>, String> {
-    if text == "auto" {
-        Ok(Auto(None))
-    } else {
-        parse(text).map(|value| Auto(Some(value))).map_err(|m| m + ", or auto")
-    }
-}
-
-fn skin(text: &str) -> Result<Auto<f64>, String> {
-    auto(text, radius)
-}
-
-fn steps(text: &str) -> Result<Auto<i64>, String> {
-    let count = |text: &str| text.parse().ok().filter(|n| (1..=1_000_000_000).contains(n));
-    auto(text, |text| count(text).ok_or_else(|| "expected 1 to 1 000 000 000 steps".into()))
-}
-
 fn size(text: &str) -> Result<usize, String> {
     let range = crate::bench::FEWEST..=crate::bench::MOST;
     let count = text.parse().ok().filter(|n| range.contains(n));
     count.ok_or_else(|| format!("expected {} to {} atoms", range.start(), range.end()))
-}
-
-impl RunArgs {
-    fn settings(self) -> (PathBuf, Settings) {
-        let settings = Settings {
-            variables: self.script.variables,
-            precision: Precision::ALL[self.precision as usize],
-            search: self.search,
-            log: Some(self.log),
-            json: self.json,
-            explain: self.explain,
-            quiet: self.quiet,
-            ..self.engine.settings()
-        };
-        (self.script.script, settings)
-    }
 }
 
 /// Runs the program; the exit code is 0 when done, 1 when the script or the run is at fault, 2 for a wrong command line, 130

@@ -40,6 +40,17 @@ impl Phase {
     pub const ALL: [Phase; 5] = [Phase::Initial, Phase::Moved, Phase::Force, Phase::Last, Phase::Measured];
 }
 
+/// What a fix does to the sum of pair and kinetic energy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Balance {
+    /// Keeps it, but for the error of the timestep.
+    Conserves,
+    /// Brings particles to a temperature: the numbers of the parameters that are those at the start and the end of a run.
+    Bath([usize; 2]),
+    /// Anything else: work is done, energy taken out, or the method itself adds to it.
+    Open,
+}
+
 /// One particle as a rule sees it.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion<R> {
@@ -122,6 +133,8 @@ pub trait FixStyle: Send + Sync + 'static {
     const PHASES: &'static [Phase];
     /// Which parameter seeds its random numbers (a whole number below 2^32), if it has any.
     const NOISE: Option<usize> = None;
+    /// What it does to the energy.
+    const BALANCE: Balance = Balance::Open;
 
     /// Reads the arguments after the style's name; at most [`MOST_PARAMETERS`] numbers come of them.
     fn parse(args: &mut Args<'_>, scene: &FixScene<'_>) -> Result<FixArguments, Complaint>;
@@ -233,6 +246,18 @@ impl Fix {
             }
         }
         with_fix(self.style, Noise).unwrap_or(false)
+    }
+
+    /// What it does to the energy of the scene.
+    pub fn balance(&self) -> Balance {
+        struct Of;
+        impl FixVisitor for Of {
+            type Output = Balance;
+            fn visit<F: FixStyle>(self) -> Balance {
+                F::BALANCE
+            }
+        }
+        with_fix(self.style, Of).unwrap_or(Balance::Open)
     }
 
     /// The axis along which a parameter is a coordinate.

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::fault::Fault;
+use super::fault::{Fault, GoodState};
 use super::observer::{Needs, NeighborStatistics, Record, Sums};
 use super::program::Program;
 use crate::Error;
@@ -138,6 +138,8 @@ pub trait Backend {
     fn step(&self) -> i64;
     /// Brings particles back in storage order.
     fn fetch(&self, state: &mut State) -> Result<(), Error>;
+    /// Particles as the last list build left them; `None` before the first.
+    fn last_build(&self) -> Result<Option<GoodState>, Error>;
     /// Sums of the current step; energy and virial as far as asked for.
     fn sums(&mut self) -> Result<Sums, Error>;
     /// What each fix of the program keeps from step to step, for the next run.

@@ -3,6 +3,8 @@
 use std::fmt;
 
 use super::precision::Precision;
+use super::program::Program;
+use super::stride::Stride;
 use crate::system::{SimulationBox, State, Vec3};
 
 /// What went wrong.
@@ -47,10 +49,8 @@ impl Fault {
     /// What helps, for a run in this precision; `None` where nothing is known to.
     pub fn advice(&self, precision: Precision) -> Option<String> {
         let (_, distance) = self.nearest?;
-        // Nearer than their coordinates can tell, to a few roundings.
-        let same_point = distance <= 4.0 * f64::EPSILON * self.position.amax();
         match self.kind {
-            FaultKind::Force if same_point => {
+            FaultKind::Force if self.is_same_point(distance) => {
                 Some("atoms in one point have no direction in which to part: move or remove all but one of them".into())
             }
             FaultKind::Force if precision != Precision::Double => Some(format!(
@@ -70,6 +70,28 @@ impl Fault {
             ),
             FaultKind::Position | FaultKind::Lost => None,
         }
+    }
+}
+
+impl Fault {
+    /// Whether a shorter timestep may have been all it took: particles met, or one was thrown out.
+    pub fn has_come_too_far(&self) -> bool {
+        let met =
+            self.kind == FaultKind::Force && self.nearest.is_some_and(|(_, distance)| !self.is_same_point(distance));
+        met || self.before.is_some()
+    }
+
+    /// A timestep in which the particle could have been followed from the last good state on, if that is known and of use.
+    pub fn timestep(&self, program: &Program) -> Option<f64> {
+        let good = self.last_good.as_ref()?;
+        let place = good.state.id.iter().position(|id| *id == self.id)?;
+        let stride = Stride::of(program, &good.state, place)?;
+        stride.timestep(program, &good.state, stride.nearest(&good.state, &good.simulation_box))
+    }
+
+    /// Nearer than their coordinates can tell, to a few roundings.
+    fn is_same_point(&self, distance: f64) -> bool {
+        distance <= 4.0 * f64::EPSILON * self.position.amax()
     }
 }
 

@@ -9,6 +9,7 @@ pub mod observer;
 mod particles;
 pub mod precision;
 pub mod program;
+pub mod stride;
 mod trouble;
 pub mod tuned;
 
@@ -17,3 +18,4 @@ pub use fault::{Fault, FaultKind, GoodState};
 pub use observer::{Needs, NeighborStatistics, Observer, Record, Snapshot, Sums};
 pub use precision::Precision;
 pub use program::{Program, Stage, StorageSort};
+pub use stride::Stride;

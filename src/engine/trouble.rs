@@ -23,11 +23,7 @@ impl Scene<'_> {
         let mut state = State::default();
         self.now.store(&mut state);
         let (id, position) = (self.now.id[worst], self.now.x[worst]);
-        let last_good = (self.held.len() > 0).then(|| {
-            let mut state = State::default();
-            self.held.store(&mut state);
-            Box::new(GoodState { step: self.held_step, state, simulation_box: self.held_box.clone() })
-        });
+        let last_good = self.last_build().map(Box::new);
         let nearest = nearest(&state, self.now_box, id, &position);
         let count = places.len();
         let mut fault = Fault { kind, step: self.step, id, position, count, before: None, nearest, last_good };
@@ -35,6 +31,15 @@ impl Scene<'_> {
             look_back(&mut fault);
         }
         fault
+    }
+
+    /// The state right after the last build, if there was one.
+    pub fn last_build(&self) -> Option<GoodState> {
+        (self.held.len() > 0).then(|| {
+            let mut state = State::default();
+            self.held.store(&mut state);
+            GoodState { step: self.held_step, state, simulation_box: self.held_box.clone() }
+        })
     }
 
     /// The stop for particles that are no longer in the box.

@@ -2,13 +2,16 @@
 
 use std::fmt;
 use std::fs::{File, OpenOptions};
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
 
 use super::writable::why_unwritable;
 use crate::Error;
+
+/// How warnings begin.
+const WARNING: &str = "WARNING: ";
 
 /// Writes lines to the screen and to the log file, with the rules of LAMMPS's `echo` and `log` commands: a script's lines go
 /// to the log unless `echo` says otherwise, everything else goes to both.
@@ -21,6 +24,10 @@ pub struct Console {
     echo_log: bool,
     /// Warnings met inside a thermo table, to be printed below it; `None` outside a table.
     table: Option<Vec<String>>,
+    /// Somebody sits at the screen, who reads a warning at once.
+    is_terminal: bool,
+    /// Texts of all warnings so far.
+    warnings: Vec<String>,
     /// What was said since [`Console::held`], until [`Console::release`].
     queue: Option<Vec<Event>>,
     discards: bool,
@@ -83,7 +90,9 @@ impl Default for Console {
 impl Console {
     /// A console on standard output (silent if `quiet`), without a log file yet.
     pub fn new(quiet: bool) -> Self {
-        Self::on(if quiet { None } else { Some(Box::new(std::io::stdout())) })
+        let mut console = Self::on(if quiet { None } else { Some(Box::new(std::io::stdout())) });
+        console.is_terminal = !quiet && std::io::stdout().is_terminal();
+        console
     }
 
     /// A console whose screen is any writer, or none.
@@ -94,6 +103,8 @@ impl Console {
             echo_screen: false,
             echo_log: true,
             table: None,
+            is_terminal: false,
+            warnings: Vec::new(),
             queue: None,
             discards: false,
             bar: None,
@@ -162,13 +173,32 @@ impl Console {
     }
 
     /// A warning for both; one met inside a thermo table is printed below the table, for readers of logs
-    /// take every line in between for data.
+    /// take every line in between for data. A terminal shows it at once.
     pub fn warning(&mut self, text: &str) {
-        let line = format!("WARNING: {text}");
+        self.warnings.push(text.to_string());
+        let line = format!("{WARNING}{text}");
         match &mut self.table {
-            Some(waiting) => waiting.push(line),
+            Some(waiting) => {
+                waiting.push(line.clone());
+                if self.is_terminal {
+                    self.screen_only(&line);
+                }
+            }
             None => self.line(&line),
         }
+    }
+
+    /// What a command has to say: a line, or a warning if it begins like one.
+    pub fn message(&mut self, line: &str) {
+        match line.strip_prefix(WARNING) {
+            Some(text) => self.warning(text),
+            None => self.line(line),
+        }
+    }
+
+    /// Texts of all warnings so far.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// From here on warnings wait.
@@ -178,8 +208,9 @@ impl Console {
 
     /// The table is complete: prints the warnings that waited.
     pub fn end_table(&mut self) {
+        let target = if self.is_terminal { Target::Log } else { Target::Both };
         for line in self.table.take().unwrap_or_default() {
-            self.line(&line);
+            self.put(&line, target);
         }
     }
 
@@ -285,98 +316,5 @@ impl Drop for Console {
 }
 
 #[cfg(test)]
-mod tests {
-    use std::sync::{Arc, Mutex};
-
-    use super::*;
-
-    #[derive(Clone, Default)]
-    struct Screen(Arc<Mutex<Vec<u8>>>);
-
-    impl Write for Screen {
-        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-            self.0.lock().unwrap().extend_from_slice(bytes);
-            Ok(bytes.len())
-        }
-        fn flush(&mut self) -> std::io::Result<()> {
-            Ok(())
-        }
-    }
-
-    impl Screen {
-        fn text(&self) -> String {
-            String::from_utf8(self.0.lock().unwrap().clone()).unwrap()
-        }
-    }
-
-    struct Closed;
-
-    impl Write for Closed {
-        fn write(&mut self, _: &[u8]) -> std::io::Result<usize> {
-            Err(std::io::ErrorKind::BrokenPipe.into())
-        }
-        fn flush(&mut self) -> std::io::Result<()> {
-            Ok(())
-        }
-    }
-
-    fn scratch(name: &str) -> PathBuf {
-        std::env::temp_dir().join(format!("octant-console-{}-{name}", std::process::id()))
-    }
-
-    #[test]
-    fn held_output_is_replayed_with_its_log_files() {
-        let (one, two) = (scratch("one.log"), scratch("two.log"));
-        let screen = Screen::default();
-        let mut console = Console::on(Some(Box::new(screen.clone()))).held();
-        console.open_log(&one, false).unwrap();
-        console.echo(&["units lj".into()]);
-        console.line("hello");
-        console.open_log(&two, false).unwrap();
-        console.set_echo(Echo::Screen);
-        console.echo(&["run 1".into()]);
-        console.log_only("quietly");
-        assert!(screen.text().is_empty() && !one.exists() && !two.exists());
-        console.release().unwrap();
-        console.line("bye");
-        console.flush();
-        assert_eq!(screen.text(), "hello\nrun 1\nbye\n");
-        assert_eq!(std::fs::read_to_string(&one).unwrap(), "units lj\nhello\n");
-        assert_eq!(std::fs::read_to_string(&two).unwrap(), "quietly\nbye\n");
-        console.open_log(&one, true).unwrap();
-        console.line("again");
-        console.close_log();
-        console.line("to the screen");
-        assert_eq!(std::fs::read_to_string(&one).unwrap(), "units lj\nhello\nagain\n");
-        std::fs::remove_file(one).unwrap();
-        std::fs::remove_file(two).unwrap();
-    }
-
-    #[test]
-    fn warnings_wait_for_the_end_of_the_table() {
-        let screen = Screen::default();
-        let mut console = Console::on(Some(Box::new(screen.clone())));
-        console.begin_table();
-        console.line("row 1");
-        console.warning("careful");
-        console.line("row 2");
-        console.end_table();
-        console.warning("again");
-        assert_eq!(screen.text(), "row 1\nrow 2\nWARNING: careful\nWARNING: again\n");
-    }
-
-    #[test]
-    fn a_closed_screen_is_no_fault() {
-        let mut console = Console::on(Some(Box::new(Closed)));
-        console.line("nobody reads this");
-        console.line("nor this");
-        assert!(console.take_fault().is_none());
-    }
-
-    #[test]
-    fn a_held_or_discarding_console_still_refuses_what_cannot_be_written() {
-        let nowhere = scratch("no-such-folder").join("a.log");
-        assert!(Console::discard().open_log(&nowhere, false).is_err());
-        assert!(Console::on(None).held().open_log(&nowhere, true).is_err());
-    }
-}
+#[path = "console_tests.rs"]
+mod tests;

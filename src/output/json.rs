@@ -24,6 +24,10 @@ pub struct Report {
     pub timing: TimingReport,
     pub memory: MemoryReport,
     pub files: Vec<WrittenFile>,
+    /// Texts of the warnings, in order.
+    pub warnings: Vec<String>,
+    /// What ended the script before its time; null where nothing did.
+    pub error: Option<String>,
 }
 
 /// The list at the end, and how often it was built in the last run.

@@ -120,7 +120,7 @@ pub fn carry_out(
         other => {
             let lines = script.apply(statement, other).map_err(|c| statement.complain(c))?;
             for line in lines {
-                pass.console().line(&line);
+                pass.console().message(&line);
             }
         }
     }

@@ -139,11 +139,17 @@ pub fn run(script: &Path, settings: &Settings) -> Result<Outcome, Error> {
         }
     };
     live.console.echo(&state.interpreter.trailing_echo());
-    if let Err(error) = &outcome {
-        live.console.log_only(&format!("ERROR: {error}"));
-        live.console.flush();
-    }
-    let outcome = outcome?;
+    let outcome = match outcome {
+        Ok(outcome) => outcome,
+        Err(error) => {
+            live.console.log_only(&format!("ERROR: {error}"));
+            live.console.flush();
+            // What ended the script is what there is to tell, whatever becomes of the report.
+            let _ = live.write_report(Some(error.to_string()));
+            return Err(error);
+        }
+    };
+    live.last_checkpoint(&state);
     live.finish(outcome)?;
     Ok(outcome)
 }
@@ -167,6 +173,7 @@ pub(super) fn go_on(state: &mut ScriptState, first: Statement, live: &mut Live<'
                 break;
             }
             Err(error) => {
+                live.keep_scene(state);
                 result = Err(error);
                 break;
             }
@@ -175,7 +182,14 @@ pub(super) fn go_on(state: &mut ScriptState, first: Statement, live: &mut Live<'
             outcome = Outcome::Interrupted;
             break;
         }
-        next = state.next()?;
+        next = match state.next() {
+            Ok(next) => next,
+            Err(error) => {
+                live.keep_scene(state);
+                result = Err(error.into());
+                break;
+            }
+        };
     }
     // Whatever happened, what was written is closed whole.
     let closed = live.close_dumps();

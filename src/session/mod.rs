@@ -4,17 +4,19 @@ mod commands;
 mod data;
 mod driven;
 mod environment;
+mod good_state;
 mod judge;
 mod pair;
 mod run;
 mod run_loop;
 mod settings;
 mod state;
+mod watch;
 
 pub use driven::{Driven, Prepared, is_interrupted};
 pub use judge::{FirstRun, Judged, Neighbors, check, check_text, first_run, neighbors, run, stop_on_interrupt};
 pub use run::Outcome;
-pub use settings::{BackendChoice, Settings};
+pub use settings::{BackendChoice, OnError, Settings};
 
 use crate::engine::Backend;
 use crate::output::dump::DumpObserver;
@@ -66,5 +68,12 @@ struct Live<'a> {
     summary: Option<RunSummary>,
     /// Steps of all runs so far.
     steps: i64,
+    /// Step of the particles in the scene, which a run brings from the engine for outputs and at its end.
+    particles_step: i64,
+    checkpoints: good_state::Checkpoints,
+    /// The energy jumped in the last run: its states are not to be relied upon.
+    alarmed: bool,
+    /// A last good state has been written for what ended the script.
+    kept: bool,
     started: std::time::Instant,
 }

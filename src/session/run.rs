@@ -1,15 +1,16 @@
 //! One `run` command: set-up, steps, output, statistics.
 
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::environment::{LastRun, facts};
-use super::run_loop::RunLoop;
+use super::good_state::fail;
+use super::run_loop::{RunLoop, announce};
+use super::watch::Watch;
 use super::{Live, ScriptState};
 use crate::Error;
-use crate::engine::{Needs, Program, Reached, Stop};
+use crate::engine::{Needs, Program, Reached};
 use crate::output::printf::format_g;
 use crate::output::summary::cpu_seconds;
 use crate::output::thermo::memory_line;
@@ -67,17 +68,21 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
 
     let program = Arc::new(program);
     let schedule = ThermoSchedule { every: script.thermo_every, first };
+    let mut watch = Watch::new(program.clone(), first, keep);
+    (live.particles_step, live.alarmed) = (first, false);
     if keep {
         live.backend.continue_run(&program, &script.scene.state, first)?;
     } else {
         set_up_messages(&program, mixed, mixable, script, live);
         let space = script.scene.space()?;
         let clock = Instant::now();
-        live.backend.load(program.clone(), &script.scene.state, space, first)?;
-        let needs = live.dumps.iter().fold(script.thermo.needs(), |needs, (_, dump)| needs.union(dump.needs()));
+        let loaded = live.backend.load(program.clone(), &script.scene.state, space, first);
+        loaded.map_err(|why| fail(why.into(), script, live, &program, None))?;
+        let needs = script.thermo.needs().union(watch.needs());
+        let needs = live.dumps.iter().fold(needs, |needs, (_, dump)| needs.union(dump.needs()));
         let set_up = live.backend.set_up(if first == last { needs.union(LAST_STEP) } else { needs });
         live.set_up_seconds = clock.elapsed().as_secs_f64();
-        set_up.map_err(|why| stop(why, script, live, &program))?;
+        set_up.map_err(|why| fail(why.into(), script, live, &program, None))?;
         facts.thermal_atoms = Some(script.scene.state.len() - live.backend.lost());
     }
     let facts = Arc::new(facts);
@@ -86,7 +91,7 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
         dump.set_facts(facts.clone());
         dump.begin_run(first)?;
     }
-    RunLoop::new(script, live, program.clone(), facts.clone(), schedule, (first, last)).announce()?;
+    announce(script, live, &program, schedule, (first, last))?;
     for line in live.backend.notes() {
         live.console.line(&line);
     }
@@ -99,16 +104,22 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     let atoms = script.scene.state.len().max(1) as u64;
     live.console.line(&format!("Memory per atom: {} bytes (particles, list, working memory)", bytes / atoms));
     live.console.line(&memory_line(bytes));
+    // Of the particles that the run begins with.
+    let space = live.backend.simulation_box();
+    for sign in watch.look(first, (&script.scene.state, None), space, &live.backend.statistics()) {
+        live.console.warning(&sign);
+    }
     for line in script.thermo.header() {
         live.console.line(&line);
     }
     live.console.begin_table();
 
     let cpu_before = cpu_seconds();
-    let mut steps = RunLoop::new(script, live, program, facts.clone(), schedule, (first, last));
+    let mut steps = RunLoop::new(script, live, program.clone(), facts.clone(), schedule, (first, last), watch);
     steps.stop = command.stop.unwrap_or(last);
-    let reached = steps.go()?;
-    let (sums, loop_seconds, output_seconds) = (steps.sums, steps.loop_seconds, steps.output_seconds);
+    let reached = steps.go();
+    let RunLoop { sums, loop_seconds, output_seconds, mut watch, .. } = steps;
+    let reached = reached.map_err(|why| fail(why, script, live, &program, Some(&mut watch)))?;
     for line in script.thermo.footer() {
         live.console.line(&line);
     }
@@ -245,33 +256,4 @@ fn explain(program: &Program, live: &mut Live<'_>) {
     for line in program.explain() {
         live.console.line(&line);
     }
-}
-
-/// Ends a run that went wrong: the last good state goes to a data file, and the message says where.
-pub fn stop(why: Stop, script: &ScriptState, live: &mut Live<'_>, program: &Program) -> RunError {
-    live.console.set_bar(None);
-    live.console.end_table();
-    let fault = match why {
-        Stop::Fault(fault) => fault,
-        Stop::Device(message) => return RunError::Error(Error::Fault(message)),
-    };
-    let mut message = fault.to_string();
-    if let Some(advice) = fault.advice(live.settings.precision) {
-        message += &format!("\n  {advice}");
-    }
-    if let Some(good) = fault.last_good.as_ref().filter(|_| !live.settings.no_files) {
-        let path = good_state_path(live.settings.log.as_deref());
-        match super::data::write_good_state(&path, script, good, program) {
-            Ok(()) => {
-                message += &format!("\n  the state of step {} is in {} (read_data takes it)", good.step, path.display())
-            }
-            Err(e) => message += &format!("\n  the state of step {} could not be written: {e}", good.step),
-        }
-    }
-    RunError::Error(Error::Fault(message))
-}
-
-/// Beside the log file.
-fn good_state_path(log: Option<&Path>) -> PathBuf {
-    log.and_then(Path::parent).unwrap_or(Path::new("")).join("last-good.data")
 }

@@ -4,7 +4,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::environment::InsideRun;
-use super::run::{LAST_STEP, RunError, STOP, stop};
+use super::good_state::Trouble;
+use super::run::{LAST_STEP, STOP};
+use super::watch::Watch;
 use super::{Live, ScriptState};
 use crate::Error;
 use crate::engine::{Needs, Program, Reached, Record, Snapshot, Sums};
@@ -36,6 +38,9 @@ pub struct RunLoop<'r, 'l> {
     lost: usize,
     /// Those of the last step that was shown.
     pub sums: Sums,
+    /// Energy and virial of the current step have been worked out.
+    summed: bool,
+    pub watch: Watch,
 }
 
 impl<'r, 'l> RunLoop<'r, 'l> {
@@ -47,6 +52,7 @@ impl<'r, 'l> RunLoop<'r, 'l> {
         facts: Arc<SceneFacts>,
         schedule: ThermoSchedule,
         (first, last): (i64, i64),
+        watch: Watch,
     ) -> Self {
         let (started, sums) = (Instant::now(), Sums::default());
         let (now, stop, lost) = (first, last, 0);
@@ -66,6 +72,8 @@ impl<'r, 'l> RunLoop<'r, 'l> {
             loop_seconds,
             lost,
             sums,
+            summed: true,
+            watch,
         }
     }
 
@@ -75,7 +83,7 @@ impl<'r, 'l> RunLoop<'r, 'l> {
     }
 
     /// Runs to the end, or until the user interrupts; the step reached is always shown.
-    pub fn go(&mut self) -> Result<Reached, RunError> {
+    pub fn go(&mut self) -> Result<Reached, Trouble> {
         let atoms = self.script.scene.state.len();
         let mut progress =
             Progress::start(self.first, self.last, atoms, self.live.settings.quiet, &mut self.live.console);
@@ -84,13 +92,13 @@ impl<'r, 'l> RunLoop<'r, 'l> {
             let end = self.now == self.last || reached == Reached::Interrupted;
             let clock = Instant::now();
             let fetched = self.observe(end)?;
+            let fetched = self.look(fetched)?;
+            let fetched = self.checkpoint(fetched)?;
             self.output_seconds += clock.elapsed().as_secs_f64();
             if end {
                 // What comes after the run reads particles; the run is over before they come.
                 self.loop_seconds = self.elapsed();
-                if !fetched {
-                    self.live.backend.fetch(&mut self.script.scene.state)?;
-                }
+                self.fetch(fetched)?;
                 progress.finish(&mut self.live.console);
                 return Ok(reached);
             }
@@ -100,53 +108,46 @@ impl<'r, 'l> RunLoop<'r, 'l> {
 
     /// Goes on to the next step that someone wants to see, or to one of several whose sums alone are wanted; those before it are
     /// shown.
-    fn advance(&mut self, progress: &mut Progress) -> Result<Reached, RunError> {
-        let rows = self.rows_of_sums();
-        if rows > 1 {
+    fn advance(&mut self, progress: &mut Progress) -> Result<Reached, Trouble> {
+        let look = self.watch.next(self.now);
+        let mut rows = self.rows_of_sums();
+        if rows > 0 && !self.script.thermo.needs().sums() {
+            // Rows without energies do not serve the watch.
+            rows = rows.min((look - 1 - self.now) / self.schedule.every);
+        }
+        if rows > 1 && self.now + self.schedule.every <= look {
             let rows = rows.min(self.pace(progress) / self.schedule.every);
             if rows > 1 {
                 return self.advance_over(rows, progress);
             }
         }
         let dumps = self.live.dumps.iter().filter_map(|(_, d)| d.next(self.now, self.last));
-        let next = dumps.chain(self.schedule.next(self.now, self.last)).chain([self.last]).min().unwrap_or(self.last);
+        let rows = self.schedule.next(self.now, self.last);
+        let next = dumps.chain(rows).chain([self.last, look]).min().unwrap_or(self.last);
         let wanted = self.needs_at(next);
         let mut reached = Reached::End;
         while self.now < next && reached == Reached::End {
             let ahead = self.pace(progress).clamp(1, next - self.now);
             let needs = if self.now + ahead == next { wanted } else { Needs::default() };
-            let advanced = self.live.backend.advance(ahead as u64, needs, &STOP);
-            reached = advanced.map_err(|why| stop(why, self.script, self.live, &self.program))?;
+            reached = self.live.backend.advance(ahead as u64, needs, &STOP)?;
+            // Whoever interrupts is shown everything.
+            self.summed = needs.sums() || reached == Reached::Interrupted;
             self.now = self.live.backend.step();
             progress.reach(self.now);
+            if self.live.wants_checkpoint() {
+                break;
+            }
         }
         Ok(reached)
     }
 
-    /// Tells the engine of rows that are ahead, for which it may have to prepare.
-    pub fn announce(&mut self) -> Result<(), RunError> {
-        let rows = self.rows_of_sums();
-        if rows > 1 {
-            let outputs = (self.schedule.every as u64, rows as u64);
-            self.live.backend.expect_outputs(outputs, self.script.thermo.needs())?;
-        }
-        Ok(())
-    }
-
-    /// Rows of the thermo table that are ahead before anyone wants to see anything else; 0 where they take more than sums.
+    /// Rows that are ahead before anyone wants to see anything else, if all of them want sums alone.
     fn rows_of_sums(&self) -> i64 {
-        let space = self.live.backend.simulation_box();
-        // Rows count atoms and measure the box: both must stay what they are.
-        if space.shrinks() || self.program.lost != LostAtoms::Error || !self.script.thermo.shows_sums_alone() {
-            return 0;
-        }
-        let dumps = self.live.dumps.iter().filter_map(|(_, d)| d.next(self.now, self.last));
-        let end = dumps.chain([self.last]).min().unwrap_or(self.last);
-        self.schedule.evenly(self.now, end)
+        rows_of_sums(self.script, self.live, &self.program, self.schedule, (self.now, self.last))
     }
 
     /// Goes on to one of so many rows, and shows those before it.
-    fn advance_over(&mut self, rows: i64, progress: &mut Progress) -> Result<Reached, RunError> {
+    fn advance_over(&mut self, rows: i64, progress: &mut Progress) -> Result<Reached, Trouble> {
         let needs = self.script.thermo.needs();
         let mut records = Vec::new();
         let outputs = (self.schedule.every as u64, rows as u64);
@@ -156,21 +157,27 @@ impl<'r, 'l> RunLoop<'r, 'l> {
         for Record { step, sums } in records {
             (self.now, self.sums) = (step, sums);
             self.show(&space, true, &[])?;
+            self.see(needs.sums());
         }
         self.output_seconds += clock.elapsed().as_secs_f64();
-        let reached = advanced.map_err(|why| stop(why, self.script, self.live, &self.program))?;
+        let reached = advanced?;
+        self.summed = needs.sums() || reached == Reached::Interrupted;
         self.now = self.live.backend.step();
         progress.reach(self.now);
         Ok(reached)
     }
 
-    /// Steps until the engine should come back for the progress bar.
+    /// Steps until the engine should come back for the progress bar or a checkpoint.
     fn pace(&self, progress: &Progress) -> i64 {
         let done = (self.now - self.first) as f64;
-        match (progress.is_shown(), self.elapsed()) {
-            (false, _) => i64::MAX,
-            (true, seconds) if done > 0.0 && seconds > 0.0 => (done / seconds * PROGRESS_INTERVAL.as_secs_f64()) as i64,
-            (true, _) => 1,
+        let shown = progress.is_shown().then_some(PROGRESS_INTERVAL.as_secs_f64());
+        let intervals = [shown, self.live.checkpoint_seconds()].into_iter().flatten();
+        match (intervals.min_by(f64::total_cmp), self.elapsed()) {
+            (None, _) => i64::MAX,
+            (Some(interval), seconds) if done > 0.0 && seconds > 0.0 => {
+                ((done / seconds * interval) as i64).clamp(1, i64::MAX)
+            }
+            (Some(_), _) => 1,
         }
     }
 
@@ -181,40 +188,96 @@ impl<'r, 'l> RunLoop<'r, 'l> {
         if due(self.schedule.next(self.now, self.last)) {
             needs = needs.union(self.script.thermo.needs());
         }
+        if self.watch.next(self.now) == step {
+            needs = needs.union(self.watch.needs());
+        }
         let dumps = self.live.dumps.iter().filter(|(_, d)| due(d.next(self.now, self.last)));
         dumps.fold(needs, |needs, (_, dump)| needs.union(dump.needs()))
     }
 
     /// Shows the current step to the thermo table and to the dumps that are due; tells whether that took particles.
-    fn observe(&mut self, end: bool) -> Result<bool, RunError> {
+    fn observe(&mut self, end: bool) -> Result<bool, Trouble> {
         let due = |next: Option<i64>| next == Some(self.now);
         let thermo_due = end || due(self.schedule.next(self.now - 1, self.last));
         let dump_due: Vec<bool> = self.live.dumps.iter().map(|(_, d)| due(d.next(self.now - 1, self.last))).collect();
-        if !thermo_due && !dump_due.contains(&true) {
+        let looks = self.watch.next(self.now - 1) == self.now && self.watch.needs().sums();
+        if !thermo_due && !dump_due.contains(&true) && !looks {
             return Ok(false);
         }
         let lost = self.live.backend.lost();
         // Energies and pressures need no particles on this side.
         let columns = self.script.thermo.needs();
-        let fetched = columns.positions || columns.forces || dump_due.contains(&true) || lost > self.lost;
-        if fetched {
-            self.live.backend.fetch(&mut self.script.scene.state)?;
-        }
+        let shows = thermo_due && (columns.positions || columns.forces);
+        let fetched = shows || dump_due.contains(&true) || lost > self.lost;
+        self.fetch(!fetched)?;
         if lost > self.lost && self.program.lost == LostAtoms::Warn {
             let text = format!("{lost} atoms left through a free side and are gone by step {}", self.now);
             self.live.console.warning(&text);
         }
+        if lost > self.lost {
+            self.watch.forget();
+        }
         self.lost = lost;
-        if thermo_due {
+        if thermo_due || looks {
             // Without set-up, energy and virial of the last run still stand.
             self.sums = self.live.backend.sums()?;
         }
-        let space = self.live.backend.simulation_box().clone();
-        self.show(&space, thermo_due, &dump_due).map(|()| fetched)
+        if thermo_due || dump_due.contains(&true) {
+            let space = self.live.backend.simulation_box().clone();
+            self.show(&space, thermo_due, &dump_due)?;
+        }
+        if thermo_due || looks {
+            self.see(self.summed);
+        }
+        Ok(fetched)
+    }
+
+    /// Particles of the current step, unless they are there.
+    fn fetch(&mut self, there: bool) -> Result<(), Trouble> {
+        if !there {
+            self.live.backend.fetch(&mut self.script.scene.state)?;
+            self.live.particles_step = self.now;
+        }
+        Ok(())
+    }
+
+    /// Shows sums to the watch, where they have the energy.
+    fn see(&mut self, summed: bool) {
+        if summed {
+            let atoms = self.script.scene.state.len();
+            self.watch.see(self.now, &self.sums, atoms, &self.live.backend.statistics());
+        }
+    }
+
+    /// Has the watch look at particles, where they are there or it asks for them; tells whether they are.
+    fn look(&mut self, fetched: bool) -> Result<bool, Trouble> {
+        let neighbors = self.live.backend.statistics();
+        if !fetched && !self.watch.asks_for_particles(self.now, &neighbors) {
+            return Ok(false);
+        }
+        let earlier = (!fetched).then(|| self.script.scene.state.clone());
+        self.fetch(fetched)?;
+        let (space, state) = (self.live.backend.simulation_box(), &self.script.scene.state);
+        for sign in self.watch.look(self.now, (state, earlier.as_ref()), space, &neighbors) {
+            self.live.console.warning(&sign);
+        }
+        self.live.alarmed = self.watch.is_alarmed();
+        Ok(true)
+    }
+
+    /// Writes a checkpoint if it is time; tells whether particles are there.
+    fn checkpoint(&mut self, fetched: bool) -> Result<bool, Trouble> {
+        if self.watch.is_alarmed() || !self.live.wants_checkpoint() {
+            return Ok(fetched);
+        }
+        self.fetch(fetched)?;
+        self.script.scene.space = Some(self.live.backend.simulation_box().clone());
+        self.live.write_checkpoint(self.script, &self.program);
+        Ok(true)
     }
 
     /// Shows the sums of the current step, and particles as they were last fetched, to the thermo table and the dumps.
-    fn show(&mut self, space: &SimulationBox, thermo_due: bool, dump_due: &[bool]) -> Result<(), RunError> {
+    fn show(&mut self, space: &SimulationBox, thermo_due: bool, dump_due: &[bool]) -> Result<(), Trouble> {
         self.script.scene.space = Some(space.clone());
         self.script.scene.step = self.now;
         if let Some(name) = self.sums.broken().filter(|_| thermo_due) {
@@ -229,7 +292,7 @@ impl<'r, 'l> RunLoop<'r, 'l> {
                     state.v[k].amax()
                 );
             }
-            return Err(RunError::Error(Error::Fault(what)));
+            return Err(Trouble::Broken(what));
         }
         let state = std::mem::take(&mut self.script.scene.state);
         let snapshot = Snapshot {
@@ -250,6 +313,39 @@ impl<'r, 'l> RunLoop<'r, 'l> {
     }
 }
 
+/// Tells the engine of rows that are ahead in a run, for which it may have to prepare.
+pub fn announce(
+    script: &ScriptState,
+    live: &mut Live<'_>,
+    program: &Program,
+    schedule: ThermoSchedule,
+    range: (i64, i64),
+) -> Result<(), Error> {
+    let rows = rows_of_sums(script, live, program, schedule, range);
+    if rows > 1 {
+        let outputs = (schedule.every as u64, rows as u64);
+        live.backend.expect_outputs(outputs, script.thermo.needs())?;
+    }
+    Ok(())
+}
+
+/// Rows of the thermo table that are ahead before anyone wants to see anything else; 0 where they take more than sums.
+fn rows_of_sums(
+    script: &ScriptState,
+    live: &Live<'_>,
+    program: &Program,
+    schedule: ThermoSchedule,
+    (now, last): (i64, i64),
+) -> i64 {
+    let space = live.backend.simulation_box();
+    // Rows count atoms and measure the box: both must stay what they are.
+    if space.shrinks() || program.lost != LostAtoms::Error || !script.thermo.shows_sums_alone() {
+        return 0;
+    }
+    let dumps = live.dumps.iter().filter_map(|(_, d)| d.next(now, last));
+    schedule.evenly(now, dumps.chain([last]).min().unwrap_or(last))
+}
+
 /// A thermo row and the snapshots of the dumps that are due.
 fn show(
     script: &mut ScriptState,
@@ -259,7 +355,7 @@ fn show(
     range: (i64, i64),
     thermo_due: bool,
     dump_due: &[bool],
-) -> Result<(), RunError> {
+) -> Result<(), Trouble> {
     if thermo_due {
         let quantities = Quantities::new(snapshot, facts, script.thermo.norm());
         let (interpreter, scene) = (&mut script.interpreter, &script.scene);

@@ -22,6 +22,19 @@ pub enum BackendChoice {
     Cuda,
 }
 
+/// What becomes of a run's particles when it cannot go on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum OnError {
+    /// The last good state is written then.
+    #[default]
+    Stop,
+    /// Good states are kept on disk while it runs as well, so that a kill or a power failure leaves one.
+    Checkpoint {
+        /// Wall seconds between two of them, or longer where they would take more than a twentieth of the time.
+        seconds: f64,
+    },
+}
+
 /// How to run a script.
 #[derive(Clone, Debug, Default)]
 pub struct Settings {
@@ -44,6 +57,7 @@ pub struct Settings {
     pub explain: bool,
     /// Nothing on the screen.
     pub quiet: bool,
+    pub on_error: OnError,
     /// What the script writes beside its log is left out: dumps, data files, tables, printed files, the last good state.
     pub no_files: bool,
 }

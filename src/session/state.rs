@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::environment::BetweenRuns;
+use super::good_state::Checkpoints;
 use super::run::Outcome;
 use super::{Live, ScriptState, Settings};
 use crate::Error;
@@ -64,8 +65,22 @@ impl<'a> Live<'a> {
         started: Instant,
     ) -> Self {
         let (dumps, files, summary) = (Vec::new(), Vec::new(), None);
-        let (steps, set_up_seconds) = (0, 0.0);
-        Self { settings, console, backend, dumps, files, report, set_up_seconds, summary, steps, started }
+        Self {
+            settings,
+            console,
+            backend,
+            dumps,
+            files,
+            report,
+            set_up_seconds: 0.0,
+            summary,
+            steps: 0,
+            particles_step: 0,
+            checkpoints: Checkpoints::default(),
+            alarmed: false,
+            kept: false,
+            started,
+        }
     }
 }
 
@@ -108,10 +123,15 @@ impl Live<'_> {
         if let Some(fault) = self.console.take_fault() {
             return Err(fault);
         }
+        self.write_report(None)
+    }
+
+    /// The JSON report, where it is asked for; of a run that came to an end by an error as well.
+    pub fn write_report(&mut self, error: Option<String>) -> Result<(), Error> {
+        let Some(path) = &self.settings.json else { return Ok(()) };
         self.report.files.clone_from(&self.files);
-        match &self.settings.json {
-            Some(path) => self.report.write(path),
-            None => Ok(()),
-        }
+        self.report.warnings = self.console.warnings().to_vec();
+        self.report.error = error;
+        self.report.write(path)
     }
 }

@@ -2,12 +2,13 @@
 #![allow(dead_code)]
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use octant::dynamics::Fix;
 use octant::engine::cpu::{CpuBackend, CpuOptions};
 #[cfg(feature = "cuda")]
 use octant::engine::cuda::{CudaBackend, CudaOptions, Tuning};
-use octant::engine::{Backend, Precision, Program};
+use octant::engine::{Backend, Needs, Precision, Program};
 use octant::neighbor::{Policy, Search, SearchPlan};
 use octant::pair::{Coefficient, Dimension, PairCoefficients, PairTable, StyleInfo};
 use octant::real::Isa;
@@ -123,6 +124,50 @@ pub fn cpu_variants() -> Vec<Variant> {
         }
     }
     all
+}
+
+/// Everything there is to ask for.
+pub const ALL: Needs = Needs { energy: true, virial: true, pressure: true, positions: true, forces: true };
+
+/// A backend with a program and particles, set up at step 0.
+pub fn started(
+    variant: &Variant,
+    threads: usize,
+    program: &Program,
+    state: &State,
+    space: &SimulationBox,
+) -> Box<dyn Backend> {
+    let mut backend = variant.backend(threads);
+    backend.load(arc(program.clone()), state, space, 0).unwrap();
+    backend.set_up(ALL).unwrap_or_else(|why| panic!("{}: {why}", variant.name));
+    backend
+}
+
+/// The state after some more steps.
+pub fn advanced(variant: &Variant, backend: &mut dyn Backend, steps: u64) -> State {
+    let end = backend.advance(steps, ALL, &AtomicBool::new(false));
+    end.unwrap_or_else(|why| panic!("{}: {why}", variant.name));
+    fetched(backend)
+}
+
+/// The state as it is.
+pub fn fetched(backend: &dyn Backend) -> State {
+    let mut state = State::default();
+    backend.fetch(&mut state).unwrap();
+    state
+}
+
+/// Variants of which the binary can be told, the default instruction set only, with the words that tell it.
+pub fn told() -> Vec<(Variant, String)> {
+    let mut found: Vec<(Variant, String)> = Vec::new();
+    for variant in variants() {
+        let backend = if variant.name.starts_with("cpu") { "cpu" } else { "cuda" };
+        let words = format!("--backend {backend} --precision {}", variant.precision.name());
+        if found.iter().all(|(_, known)| *known != words) {
+            found.push((variant, words));
+        }
+    }
+    found
 }
 
 /// Forces, energy and virial of all pairs within the cutoff, straight from the pair table, by minimum image.

@@ -15,15 +15,11 @@ mod stiff;
 mod symmetry;
 mod truth;
 
-use std::sync::atomic::AtomicBool;
-
-use common::{Variant, arc, variants};
-use octant::engine::{Backend, Needs, Program, Sums};
+use common::{ALL, Variant, advanced, fetched, variants};
+use octant::engine::{Backend, Program, Sums};
 use octant::neighbor::Search;
 use octant::pair::{PairCoefficients, PairTable};
 use octant::system::{SimulationBox, State, Vec3};
-
-const ALL: Needs = Needs { energy: true, virial: true, pressure: true, positions: true, forces: true };
 
 /// Every backend, instruction set and precision.
 fn each(mut check: impl FnMut(&Variant)) {
@@ -47,23 +43,7 @@ fn smooth(timestep: f64) -> Program {
 }
 
 fn started(variant: &Variant, program: &Program, state: &State, space: &SimulationBox) -> Box<dyn Backend> {
-    let mut backend = variant.backend(1);
-    backend.load(arc(program.clone()), state, space, 0).unwrap();
-    backend.set_up(ALL).unwrap_or_else(|why| panic!("{}: {why}", variant.name));
-    backend
-}
-
-/// The state after some more steps.
-fn advanced(variant: &Variant, backend: &mut dyn Backend, steps: u64) -> State {
-    let end = backend.advance(steps, ALL, &AtomicBool::new(false));
-    end.unwrap_or_else(|why| panic!("{}: {why}", variant.name));
-    fetched(backend)
-}
-
-fn fetched(backend: &dyn Backend) -> State {
-    let mut state = State::default();
-    backend.fetch(&mut state).unwrap();
-    state
+    common::started(variant, 1, program, state, space)
 }
 
 /// Potential and kinetic energy.

@@ -8,7 +8,7 @@ use octant::pair::styles;
 use octant::system::{GROUP_ALL, State, Vec3};
 
 use crate::cli::Folder;
-use crate::common::{Noise, Variant, arc, free_or_periodic, program_of_style, variants};
+use crate::common::{Noise, arc, free_or_periodic, program_of_style, told, variants};
 use crate::rows::Case;
 use crate::{ALL, advanced, fetched, smooth, started};
 
@@ -106,19 +106,6 @@ fn limited_steps_take_dimers_apart() {
         // Steps of 0.02 in opposite directions: 23 of them part a pair, which then flies on.
         case.check(&variant, "1 / least distance of a pair", 1.0 / closest, 1.0, "apart by sigma at least");
     }
-}
-
-/// Variants of which the binary can be told, the default instruction set only.
-pub fn told() -> Vec<(Variant, String)> {
-    let mut found: Vec<(Variant, String)> = Vec::new();
-    for variant in variants() {
-        let backend = if variant.name.starts_with("cpu") { "cpu" } else { "cuda" };
-        let words = format!("--backend {backend} --precision {}", variant.precision.name());
-        if found.iter().all(|(_, known)| *known != words) {
-            found.push((variant, words));
-        }
-    }
-    found
 }
 
 fn script(atoms: &[[f64; 3]], more: &str) -> String {

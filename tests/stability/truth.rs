@@ -1,7 +1,7 @@
 //! Values that others have published for the Lennard-Jones fluid.
 
 use crate::cli::Folder;
-use crate::overflow::told;
+use crate::common::told;
 use crate::rows::{Case, is_full};
 
 const SECTION: &str = "external truth";

@@ -4,7 +4,7 @@
 //! velocities in the drag are those half a step before the force; the random numbers are others.
 
 use crate::dynamics::{
-    no_variable, target_temperature, temperatures, FixArguments, FixScene, FixStyle, Given, Phase, Push,
+    no_variable, target_temperature, temperatures, Balance, FixArguments, FixScene, FixStyle, Given, Phase, Push,
 };
 use crate::real::Real;
 use crate::script::{Args, Complaint};
@@ -20,6 +20,7 @@ impl FixStyle for Style {
     const SYNTAX: &'static str = "fix ID GROUP langevin TSTART TSTOP DAMP SEED";
     const PHASES: &'static [Phase] = &[Phase::Force];
     const NOISE: Option<usize> = Some(4);
+    const BALANCE: Balance = Balance::Bath([0, 1]);
 
     /// Parameters: temperatures at the start and the end of a run; drag over mass and velocity, force units; random force at
     /// temperature, mass and timestep 1; seed.

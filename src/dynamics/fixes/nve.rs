@@ -1,6 +1,6 @@
 //! `fix nve`: velocity Verlet at constant energy (LAMMPS doc page `fix_nve`; Swope et al. 1982, doi:10.1063/1.442716).
 
-use crate::dynamics::{FixArguments, FixScene, FixStyle, Given, Motion, Phase, Step};
+use crate::dynamics::{Balance, FixArguments, FixScene, FixStyle, Given, Motion, Phase, Step};
 use crate::real::Real;
 use crate::script::{Args, Complaint};
 
@@ -11,6 +11,7 @@ impl FixStyle for Style {
     const NAME: &'static str = "nve";
     const SYNTAX: &'static str = "fix ID GROUP nve";
     const PHASES: &'static [Phase] = &[Phase::Initial, Phase::Last];
+    const BALANCE: Balance = Balance::Conserves;
 
     fn parse(_: &mut Args<'_>, _: &FixScene<'_>) -> Result<FixArguments, Complaint> {
         Ok(FixArguments::default())

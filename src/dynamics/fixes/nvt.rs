@@ -6,7 +6,8 @@
 
 use crate::dynamics::thermostat::{Group, Moment};
 use crate::dynamics::{
-    no_variable, nve, target_temperature, temperatures, FixArguments, FixScene, FixStyle, Given, Motion, Phase, Step,
+    no_variable, nve, target_temperature, temperatures, Balance, FixArguments, FixScene, FixStyle, Given, Motion,
+    Phase, Step,
 };
 use crate::real::Real;
 use crate::script::{Args, Complaint};
@@ -77,6 +78,7 @@ impl FixStyle for Style {
     const NAME: &'static str = "nvt";
     const SYNTAX: &'static str = "fix ID GROUP nvt temp TSTART TSTOP TDAMP [tchain N] [tloop N] [drag D]";
     const PHASES: &'static [Phase] = &[Phase::Initial, Phase::Last, Phase::Measured];
+    const BALANCE: Balance = Balance::Bath([0, 1]);
 
     /// Parameters: temperatures at the start and the end of a run, inverse damping time, drag, Boltzmann's constant, energy in
     /// units of mass times velocity squared.

@@ -2,7 +2,7 @@
 //! that component of its velocity changes sign (LAMMPS doc page `fix_wall_reflect`; S. D. Bond and B. J. Leimkuhler 2007,
 //! doi:10.1137/060675052, on the order of the method that this makes of velocity Verlet).
 
-use crate::dynamics::{no_variable, FixArguments, FixScene, FixStyle, Given, Motion, Phase, Step};
+use crate::dynamics::{no_variable, Balance, FixArguments, FixScene, FixStyle, Given, Motion, Phase, Step};
 use crate::real::Real;
 use crate::script::{Args, Complaint};
 use crate::system::Side;
@@ -16,6 +16,7 @@ impl FixStyle for Style {
     const NAME: &'static str = "wall/reflect";
     const SYNTAX: &'static str = "fix ID GROUP wall/reflect FACE EDGE|COORDINATE ... [units lattice|box]";
     const PHASES: &'static [Phase] = &[Phase::Moved];
+    const BALANCE: Balance = Balance::Conserves;
 
     /// Choice: a bit for each face that has a wall. Parameters: where the walls are, a coordinate for each face.
     fn parse(args: &mut Args<'_>, scene: &FixScene<'_>) -> Result<FixArguments, Complaint> {

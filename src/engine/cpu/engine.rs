@@ -123,7 +123,7 @@ impl<M: Mode> Engine<M> {
         }
     }
 
-    fn scene<'a>(&'a self, now: &'a Particles) -> Scene<'a> {
+    pub(super) fn scene<'a>(&'a self, now: &'a Particles) -> Scene<'a> {
         Scene {
             step: self.step,
             now,

@@ -8,7 +8,7 @@ use super::mode::Mode;
 use super::moving::Moving;
 use super::sums::kinetic_sums;
 use crate::engine::backend::{Pair, Reached, StageSeconds, Work};
-use crate::engine::fault::Fault;
+use crate::engine::fault::{Fault, GoodState};
 use crate::engine::observer::{Needs, NeighborStatistics, Sums};
 use crate::engine::particles::Particles;
 use crate::engine::program::Program;
@@ -23,6 +23,7 @@ pub trait Loaded: Send + Sync {
     fn advance(&mut self, steps: u64, needs: Needs, stop: &AtomicBool) -> Result<Reached, Fault>;
     fn step(&self) -> i64;
     fn fetch(&self, state: &mut State);
+    fn last_build(&self) -> Option<GoodState>;
     fn sums(&self) -> Sums;
     fn memories(&self) -> Vec<Vec<f64>>;
     fn simulation_box(&self) -> &SimulationBox;
@@ -107,6 +108,10 @@ impl<M: Mode> Loaded for Engine<M> {
                 state.f[home] = self.moving.force(k);
             }
         }
+    }
+
+    fn last_build(&self) -> Option<GoodState> {
+        self.scene(&self.held).last_build()
     }
 
     fn sums(&self) -> Sums {

@@ -20,6 +20,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::backend::{Backend, Pair, Reached, StageSeconds, Stop, Work};
+use super::fault::GoodState;
 use super::observer::{Needs, NeighborStatistics, Sums};
 use super::precision::Precision;
 use super::program::Program;
@@ -132,6 +133,10 @@ impl Backend for CpuBackend {
     fn fetch(&self, state: &mut State) -> Result<(), Error> {
         self.loaded().fetch(state);
         Ok(())
+    }
+
+    fn last_build(&self) -> Result<Option<GoodState>, Error> {
+        Ok(self.loaded().last_build())
     }
 
     fn sums(&mut self) -> Result<Sums, Error> {

@@ -308,13 +308,13 @@ impl Engine {
         Ok(())
     }
 
-    fn situation<'a>(&'a self, now: &'a Particles, held: &'a Particles) -> Situation<'a> {
+    pub(super) fn situation<'a>(&'a self, now: &'a Particles, held: &'a Particles) -> Situation<'a> {
         let (held_box, held_step) = (&self.held_box, self.held_step);
         Situation { step: self.control.step, now, now_box: &self.simulation_box, held, held_box, held_step }
     }
 
     /// Particles as the last build left them; none before the first.
-    fn held(&self) -> Result<Particles, String> {
+    pub(super) fn held(&self) -> Result<Particles, String> {
         if self.built { self.read_particles(false) } else { Ok(Particles::default()) }
     }
 

@@ -29,6 +29,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::backend::{Backend, Pair, Reached, StageSeconds, Stop, Work};
+use super::fault::GoodState;
 use super::observer::{Needs, NeighborStatistics, Record, Sums};
 use super::precision::Precision;
 use super::program::Program;
@@ -162,6 +163,10 @@ impl Backend for CudaBackend {
 
     fn fetch(&self, state: &mut State) -> Result<(), Error> {
         self.engine().fetch(state).map_err(Error::Unavailable)
+    }
+
+    fn last_build(&self) -> Result<Option<GoodState>, Error> {
+        self.engine().last_build().map_err(Error::Unavailable)
     }
 
     fn sums(&mut self) -> Result<Sums, Error> {

@@ -5,6 +5,7 @@ use super::engine::Engine;
 use super::layout::{PLACE_BITS, RUNS, TOTALS};
 use super::plan::Plan;
 use crate::engine::backend::Pair;
+use crate::engine::fault::GoodState;
 use crate::engine::particles::Particles;
 use crate::system::{State, Vec3};
 
@@ -131,6 +132,13 @@ impl Engine {
             state.f[*home as usize] = f;
         }
         Ok(())
+    }
+
+    /// Particles as the last build left them, if there was one.
+    pub fn last_build(&self) -> Result<Option<GoodState>, String> {
+        self.compiler.device.bind()?;
+        let held = self.held()?;
+        Ok(self.situation(&held, &held).last_build())
     }
 
     pub fn neighbor_counts(&self) -> Result<Vec<u32>, String> {
