@@ -93,6 +93,10 @@ extern "C" __global__ void __launch_bounds__(BLOCK, BLOCKS_AT_LEAST) STEPS(const
                 }
             }
 #endif
+            if (marks & MARK_POSITION) {
+                trouble = TROUBLE_POSITION;
+                break;
+            }
             if (marks & MARK_RANGE) {
                 trouble = TROUBLE_RANGE;
                 break;

@@ -4,6 +4,9 @@ struct Point {
     double x[3];
 };
 
+// The largest number that positions and squares of displacements may be.
+#define FURTHEST (sizeof(store) == 4 ? (store)3.4e38 : (store)1.79e308)
+
 // Where a particle is, in double precision: `x` holds displacements since the last build where velocities are single.
 __device__ __forceinline__ Point position_of(const Arrays& a, const Scene& s, const Run& r, u32 k) {
     Point p;
@@ -184,6 +187,7 @@ __device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, co
         store d[3];
         displacement_of(a, s, r, k, x, d);
         const store moved = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+        const bool is_number = moved <= FURTHEST;
         // What is no number is too far as well: the build that follows finds it.
 #ifdef CHECK
         far |= !(moved <= pace.trigger) ? MARK_FAR : 0;
@@ -197,6 +201,10 @@ __device__ __forceinline__ u32 move_particle(const Arrays& a, const Scene& s, co
         far |= !(since[0] * since[0] + since[1] * since[1] + since[2] * since[2] <= pace.prune) ? MARK_PRUNE : 0;
 #endif
 #endif
+#if !(defined(CHECK) || defined(FIXED) || defined(INNER))
+        const bool is_number = fabs(x[0]) + fabs(x[1]) + fabs(x[2]) <= FURTHEST;
+#endif
+        far |= is_number ? 0 : MARK_POSITION;
         for (u32 axis = 0; axis < 3; axis++) __stcs(axis_of(a.x, s, axis) + k, x[axis]);
         pack(a, s, r, pace.quanta, k, x, kind, slots);
     }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{ALL, Noise, advanced, arc, free_or_periodic, melt, program, started, variants};
+use common::{ALL, Engine, Noise, advanced, arc, free_or_periodic, melt, program, started, variants};
 use octant::dynamics::Fix;
 use octant::dynamics::noise::noise;
 use octant::engine::{Backend, Precision, Program};
@@ -307,7 +307,14 @@ fn thermostats_of_two_groups_know_nothing_of_each_other() {
         }
         program.fixes[0] = nvt(4, (0.2, 0.2), 0.3, 5);
         let both = run(&program, 2);
-        let same = (0..both.len()).filter(|k| mixed.mask[*k] & 2 != 0).all(|k| both[k] == alone[k]);
+        // On a GPU these are other kernels, in which other products may be fused.
+        let rounding = match (variant.engine, variant.precision) {
+            (Engine::Cpu(_), _) => 0.0,
+            (_, Precision::Single) => 1e-5,
+            _ => 1e-12,
+        };
+        let same = |k: usize| (both[k] - alone[k]).amax() <= rounding * alone[k].amax();
+        let same = (0..both.len()).filter(|k| mixed.mask[*k] & 2 != 0).all(same);
         assert!(same && both != alone, "{}", variant.name);
     }
 }

@@ -107,6 +107,8 @@ numbers! {
     MARK_FORCE = 4;
     /// Too far for the inner list.
     MARK_PRUNE = 8;
+    /// A position that is no number.
+    MARK_POSITION = 16;
     /// Steps whose marks are kept: the last one's, this one's, and the next one's to be cleared.
     MARKS = 3;
     /// Threads of a block; of the list build, where a warp has a part of the shared memory of its block, one of half of it.

@@ -35,6 +35,7 @@ const LEAST_INNER: f64 = 0.01;
 
 /// The part of the inner skin that is left to the rounding of f32.
 const INNER_SLACK: f64 = 1e-3;
+
 /// Most warps that share an octant in the list build.
 const MOST_SLICES: u64 = 1024;
 
