@@ -34,22 +34,25 @@ __device__ __forceinline__ u64 lasting() {
     return policy;
 }
 
+#ifdef LASTING
+#define READ "ld.global.L2::cache_hint"
+#define WITH(policy) ", " policy ";"
+#else
+#define READ "ld.global"
+#define WITH(policy) ";"
+#endif
+
 // A neighbor's slot; `slots` is an address in a register, not something to be worked out for each of them. One read: not all of it
 // may be asked for.
 __device__ __forceinline__ Slot gather(const Slot* slots, u32 place, u64 policy) {
     asm volatile("" : "+l"(slots));
     const Slot* from = slots + place;
     Slot q;
-#if defined(FIXED) && defined(LASTING)
-    asm volatile("ld.global.L2::cache_hint.v4.s32 {%0, %1, %2, %3}, [%4], %5;" : "=r"(q.x), "=r"(q.y), "=r"(q.z), "=r"(q.w) : "l"(from), "l"(policy) : "memory");
-#elif defined(FIXED)
-    asm volatile("ld.global.v4.s32 {%0, %1, %2, %3}, [%4];" : "=r"(q.x), "=r"(q.y), "=r"(q.z), "=r"(q.w) : "l"(from) : "memory");
-#elif defined(LASTING)
-    asm volatile("ld.global.L2::cache_hint.v2.f64 {%0, %1}, [%2], %3;" : "=d"(q.x), "=d"(q.y) : "l"(from), "l"(policy) : "memory");
-    asm volatile("ld.global.L2::cache_hint.v2.f64 {%0, %1}, [%2 + 16], %3;" : "=d"(q.z), "=d"(q.w) : "l"(from), "l"(policy) : "memory");
+#ifdef FIXED
+    asm volatile(READ ".v4.s32 {%0, %1, %2, %3}, [%4]" WITH("%5") : "=r"(q.x), "=r"(q.y), "=r"(q.z), "=r"(q.w) : "l"(from), "l"(policy) : "memory");
 #else
-    asm volatile("ld.global.v2.f64 {%0, %1}, [%2];" : "=d"(q.x), "=d"(q.y) : "l"(from) : "memory");
-    asm volatile("ld.global.v2.f64 {%0, %1}, [%2 + 16];" : "=d"(q.z), "=d"(q.w) : "l"(from) : "memory");
+    asm volatile(READ ".v2.f64 {%0, %1}, [%2]" WITH("%3") : "=d"(q.x), "=d"(q.y) : "l"(from), "l"(policy) : "memory");
+    asm volatile(READ ".v2.f64 {%0, %1}, [%2 + 16]" WITH("%3") : "=d"(q.z), "=d"(q.w) : "l"(from), "l"(policy) : "memory");
 #endif
     return q;
 }
