@@ -39,6 +39,7 @@ SCENES = (
     Scene("free sides, two types", "inputs/cluster.in", {"steps": 100}),
     Scene("small box with images", "validation/scenes/images.in", {"steps": 60}),
     Scene("storage sort, two types", "validation/bundle/sorted.in"),
+    Scene("rows shorter than a row has threads", "validation/bundle/few.in"),
     Scene("shrinking sides", "inputs/slab.in", {"size": 4, "steps": 80}, ("mixed",)),
     Scene("walls and gravity", "validation/scenes/walls.in", {"steps": 60}),
     Scene("mostly empty", "inputs/dilute.in", {"size": 4, "steps": 100}, ("mixed",)),

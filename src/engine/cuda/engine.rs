@@ -172,9 +172,11 @@ impl Engine {
     }
 
     pub(super) fn set_capacity(&mut self, wanted: u32) {
-        let capacity = wanted.max(1).next_multiple_of(self.plan.shape.chunk());
+        let (lanes, chunk) = (self.plan.shape.lanes, self.plan.shape.chunk());
+        let capacity = wanted.max(1).next_multiple_of(chunk);
         (self.plan.scene.capacity, self.plan.scene.pitch) = (capacity, self.sizes.pitch);
-        self.sizes.list = u64::from(capacity) * self.sizes.pitch;
+        // Every thread of a row reads its first chunk before it knows whether there is one: waiting for that would take longer.
+        self.sizes.list = u64::from(capacity.max(lanes * chunk)) * self.sizes.pitch;
     }
 
     /// Set-up of a run.

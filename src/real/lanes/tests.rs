@@ -39,8 +39,8 @@ impl<L: Lanes> Work for Arithmetic<L> {
         near(x / y, &|k| a[k] / b[k], 1.0);
         near(-x, &|k| -a[k], 0.0);
         near(x.sqrt(), &|k| a[k].sqrt(), 1.0);
-        near(x.recip(), &|k| 1.0 / a[k], 3.0);
-        near(x.rsqrt(), &|k| 1.0 / a[k].sqrt(), 4.0);
+        near(x.recip(), &|k| 1.0 / a[k], 1.0);
+        near(x.rsqrt(), &|k| 1.0 / a[k].sqrt(), 2.0);
         near(x.mul_add(y, y), &|k| a[k] * b[k] + b[k], 2.0);
         near(x.ln(), &|k| a[k].ln(), 4.0);
         near(x.max(y), &|k| a[k].max(b[k]), 0.0);

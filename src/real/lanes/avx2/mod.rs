@@ -194,14 +194,16 @@ mod sums {
     }
 }
 
-/// Reciprocals, named by the type of the lanes: for f32 an estimate of 12 bits and a Newton step.
+/// Reciprocals, named by the type of the lanes: for f32 an estimate of 12 bits and its correction to third order. A Newton step
+/// would leave every result too small by up to a rounding, and a twelfth power by six.
 mod recip {
     use super::*;
     #[inline(always)]
     pub fn f32(x: F32) -> F32 {
         unsafe {
             let y = _mm256_rcp_ps(x.0);
-            F32(_mm256_mul_ps(y, _mm256_fnmadd_ps(x.0, y, _mm256_set1_ps(2.0))))
+            let e = _mm256_fnmadd_ps(x.0, y, _mm256_set1_ps(1.0));
+            F32(_mm256_fmadd_ps(y, _mm256_fmadd_ps(e, e, e), y))
         }
     }
     #[inline(always)]
@@ -210,15 +212,16 @@ mod recip {
     }
 }
 
-/// Reciprocal square roots, named by the type of the lanes: for f32 an estimate of 12 bits and a Newton step.
+/// Reciprocal square roots, named by the type of the lanes: for f32 an estimate of 12 bits and its correction to third order.
 mod rsqrt {
     use super::*;
     #[inline(always)]
     pub fn f32(x: F32) -> F32 {
         unsafe {
             let y = _mm256_rsqrt_ps(x.0);
-            let h = _mm256_mul_ps(_mm256_mul_ps(x.0, _mm256_set1_ps(0.5)), y);
-            F32(_mm256_mul_ps(y, _mm256_fnmadd_ps(h, y, _mm256_set1_ps(1.5))))
+            let e = _mm256_fnmadd_ps(_mm256_mul_ps(x.0, y), y, _mm256_set1_ps(1.0));
+            let more = _mm256_mul_ps(e, _mm256_fmadd_ps(e, _mm256_set1_ps(0.375), _mm256_set1_ps(0.5)));
+            F32(_mm256_fmadd_ps(y, more, y))
         }
     }
     #[inline(always)]
