@@ -72,7 +72,7 @@ gpu-peers: $(VENV)/.ready ## OpenMM's wheels for a GPU machine without network (
 	$(PIP) download --quiet --no-deps --only-binary=:all: --python-version 3.12 --implementation cp \
 	  --platform manylinux_2_34_x86_64 --requirement validation/bench/gpu/requirements.txt --dest bundle/gpu-peers
 
-gpu-bundle: $(VENV)/.ready ## tests and comparison for a machine with a GPU but no toolchain: bundle/octant-gpu.tar.gz, run.sh in it
+gpu-bundle: $(VENV)/.ready ## tests and comparison for a machine with a GPU but no toolchain: bundle/octant-gpu.tar.xz, run.sh in it
 	@command -v strip >/dev/null || { echo "make gpu-bundle needs strip (binutils)" >&2; exit 1; }
 	$(VENV)/bin/python -m validation.bundle.make $(FLAGS)
 

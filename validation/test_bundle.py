@@ -232,7 +232,7 @@ def test_what_is_gathered() -> None:
 
 
 def test_a_bundle_that_is_too_large_names_its_largest_files(tmp_path: Path) -> None:
-    folder, packed = tmp_path / "folder", tmp_path / "folder.tar.gz"
+    folder, packed = tmp_path / "folder", tmp_path / "folder.tar.xz"
     (folder / "suites").mkdir(parents=True)
     (folder / "suites" / "physics").write_bytes(bytes(5 * 2**20))
     (folder / "run.sh").write_bytes(bytes(10))

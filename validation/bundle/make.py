@@ -1,6 +1,6 @@
 """``make gpu-bundle``: gathers the bundle on the machine that has Rust and LAMMPS.
 
-``python -m validation.bundle.make [cargo's flags]`` makes ``bundle/octant-gpu/`` and ``bundle/octant-gpu.tar.gz``.
+``python -m validation.bundle.make [cargo's flags]`` makes ``bundle/octant-gpu/`` and ``bundle/octant-gpu.tar.xz``.
 """
 
 from __future__ import annotations
@@ -80,8 +80,8 @@ def main() -> int:
         **contents,
     }
     (FOLDER / report.STAMP.name).write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8")
-    packed = FOLDER.with_suffix(".tar.gz")
-    with tarfile.open(packed, "w:gz") as archive:
+    packed = FOLDER.with_suffix(".tar.xz")
+    with tarfile.open(packed, "w:xz") as archive:
         archive.add(FOLDER, FOLDER.name)
     words, fits = size(packed, FOLDER, LARGEST)
     print(words, file=sys.stdout if fits else sys.stderr)
