@@ -93,7 +93,10 @@ ELSEWHERE = (
     Elsewhere("External truth", "fix nvt: its equations of motion", "thermostats", "a_chain_follows_its_equations_of_motion"),
 )  # fmt: skip
 
-HOLDS, FAILS, NOT_RUN = "holds", "**fails**", "not run: no GPU"
+HOLDS, FAILS, NOT_RUN = "holds", "**fails**", "not run"
+
+#: Its test needs a GPU.
+_GPU_ALONE = "cuda_repeat"
 
 
 @dataclass(frozen=True)
@@ -136,14 +139,37 @@ def _badness(line: Line) -> tuple[bool, float]:
     return (not line.holds, line.value / line.bound if line.bound > 0.0 else line.value)
 
 
-def page(lines: Sequence[Line], elsewhere: Sequence[tuple[Elsewhere, str]], form: str) -> str:
+@dataclass(frozen=True)
+class Gpu:
+    """What ``run.sh`` found on a GPU: where, and the verdict on each test by suite and name."""
+
+    where: str
+    tests: dict[tuple[str, str], str]
+
+
+def read_gpu(folder: Path) -> Gpu:
+    """A folder of results with ``summary.json`` and ``tests.log``, in which a line ``==> SUITE-on-cuda`` goes before each suite."""
+    about = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    name = about["card"].split(":")[-1].split(",")[0].strip()
+    tests: dict[tuple[str, str], str] = {}
+    for suite, text in re.findall(r"^==> ([a-z_]+).*$((?:\n(?!==> ).*)*)", (folder / "tests.log").read_text(encoding="utf-8"), re.M):
+        tests |= {(suite, test): verdict for test, verdict in _verdicts(text).items()}
+    return Gpu(f"{name}, driver {about['driver']}, commit {about['commit']}", tests)
+
+
+def page(
+    lines: Sequence[Line], elsewhere: Sequence[tuple[Elsewhere, str]], form: str, gpu: Gpu | None = None
+) -> str:
     """The page as Markdown."""
-    failed = {line.case for line in lines if not line.holds} | {one.case for one, verdict in elsewhere if verdict == FAILS}
+    found = gpu.tests if gpu else {}
+    verdicts = [(one, verdict, found.get((one.suite, one.test), NOT_RUN)) for one, verdict in elsewhere]
+    failed = {line.case for line in lines if not line.holds} | {one.case for one, *both in verdicts if FAILS in both}
     count, cases = sum(line.checks for line in lines), len({line.case for line in lines})
     text = [
         "# Stability: stiff, extreme, overflowing and long scenes",
         "",
-        f"{count} checks of {cases} cases ({form}) by `make stability`, {report.machine()}, commit {report.commit()}. "
+        f"{count} checks of {cases} cases ({form}) by `make stability`, {report.machine()}, commit {report.commit()}"
+        + (f"; of the GPU by {gpu.where}. " if gpu else ". ")
         + (f"**{len(failed)} cases fail.**" if failed else "All hold."),
         "",
         "Each line is a case on one backend in one precision, on every instruction set there is, with the check that came nearest "
@@ -159,8 +185,8 @@ def page(lines: Sequence[Line], elsewhere: Sequence[tuple[Elsewhere, str]], form
         text += [f"## {title}", "", *table(_HEADERS, body)] if body else []
     if elsewhere:
         text += ["## Cases that other tests have", ""]
-        body = [(one.section, one.case, f"`tests/{one.suite}.rs`: {one.test}", verdict) for one, verdict in elsewhere]
-        text += [*table(("section", "case", "test", "verdict"), body)]
+        body = [(one.section, one.case, f"`tests/{one.suite}.rs`: {one.test}", *both) for one, *both in verdicts]
+        text += [*table(("section", "case", "test", "here", "GPU"), body)]
     text += [_NOTES.strip(), ""]
     return "\n".join(text)
 
@@ -216,15 +242,21 @@ def run_truth(rows: Path, form: str) -> None:
                     file.write(json.dumps(check.row(precision)) + "\n")
 
 
+def _verdicts(output: str) -> dict[str, str]:
+    """By the names of the tests that have printed it."""
+    results = re.findall(r"^test (\S+) \.\.\. (ok|FAILED)", output, re.MULTILINE)
+    return {test: HOLDS if result == "ok" else FAILS for test, result in results}
+
+
 def judge(output: str) -> list[tuple[Elsewhere, str]]:
     """Verdicts from what the tests have printed; a test that is not there fails."""
-    results = dict(re.findall(r"^test (\S+) \.\.\. (ok|FAILED)", output, re.MULTILINE))
+    results = _verdicts(output)
     no_gpu = "skipped: no CUDA device" in output
 
     def verdict(one: Elsewhere) -> str:
-        if one.suite == "cuda_repeat" and (no_gpu or one.test not in results):
+        if one.suite == _GPU_ALONE and (no_gpu or one.test not in results):
             return NOT_RUN
-        return HOLDS if results.get(one.test) == "ok" else FAILS
+        return results.get(one.test, FAILS)
 
     return [(one, verdict(one)) for one in ELSEWHERE]
 
@@ -234,6 +266,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m validation.stability", description=__doc__)
     files = {"type": Path, "metavar": "FILE"}
     parser.add_argument("--rows", nargs="+", help="checks of runs that are over: the suite is not run", **files)
+    parser.add_argument("--gpu", help="results of the bundle's `run.sh` on a GPU, whose checks --rows has", **files)
     parser.add_argument("--keep", help="where the checks of this run go", **files)
     parser.add_argument("--page", default=PAGE, help="where the page goes (validation/stability.md)", **files)
     parser.add_argument("--short", action="store_true", help="the form that `make test` runs")
@@ -251,9 +284,10 @@ def main() -> int:
             rows = read_rows([path])
     if not rows:
         sys.exit("the suite has checked nothing")
+    gpu = read_gpu(arguments.gpu) if arguments.gpu else None
     elsewhere = run_elsewhere(arguments.cargo.split())
     lines = lines_of(rows)
-    arguments.page.write_text(page(lines, elsewhere, f"{form} form"), encoding="utf-8")
+    arguments.page.write_text(page(lines, elsewhere, f"{form} form", gpu), encoding="utf-8")
     failed = [line for line in lines if not line.holds]
     for line in failed:
         found = f"{line.measured} {line.value:.3g}, at most {line.bound:.3g}"

@@ -58,3 +58,19 @@ def test_rows_of_several_machines_share_the_page(tmp_path: Path) -> None:
     paths[1].write_text(json.dumps(_row(0.5, 1.0, holds=True) | {"backend": "cuda"}) + "\n", encoding="utf-8")
     lines = stability.lines_of(stability.read_rows(paths))
     assert [line.backend for line in lines] == ["cpu", "cuda"]
+
+
+def test_verdicts_of_a_gpu_stand_beside_those_of_here(tmp_path: Path) -> None:
+    about = {"card": "0: NVIDIA X1, compute capability 9.0", "driver": "580", "commit": "abc"}
+    (tmp_path / "summary.json").write_text(json.dumps(about), encoding="utf-8")
+    one = next(one for one in stability.ELSEWHERE if one.suite == "precision")
+    repeated = next(one for one in stability.ELSEWHERE if one.suite == "cuda_repeat")
+    log = f"==> cuda_repeat\n\ntest {repeated.test} ... ok\n\n==> precision-on-cuda\ntest {one.test} ... FAILED\n"
+    (tmp_path / "tests.log").write_text(log, encoding="utf-8")
+    gpu = stability.read_gpu(tmp_path)
+    assert gpu.where == "NVIDIA X1, driver 580, commit abc"
+    here = [(one, stability.HOLDS), (repeated, stability.NOT_RUN)]
+    text = stability.page([], here, "short form", gpu)
+    assert f"{one.test} | holds | **fails** |" in text and f"{repeated.test} | not run | holds |" in text
+    assert "1 cases fail" in text and "not run | not run" not in text
+    assert f"{repeated.test} | not run | not run |" in stability.page([], here, "short form")
