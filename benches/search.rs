@@ -1,15 +1,19 @@
 //! What a list build is made of, by search, edge of its cells, their order and the sort, on points that are even at random (`inputs/paper/`, 20000
-//! particles): sorting into cells, and the whole set-up (sort, list, forces).
+//! particles): sorting into cells, and the list, on the CPU and on the GPU where there is one.
 
 #[path = "../tests/common/mod.rs"]
 mod common;
 
 use std::hint::black_box;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use common::{Noise, arc, free_or_periodic, program};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use octant::engine::cpu::{CpuBackend, CpuOptions};
-use octant::engine::{Backend, Needs, Precision};
+#[cfg(feature = "cuda")]
+use octant::engine::cuda::{CudaBackend, CudaOptions, Tuning};
+use octant::engine::{Backend, Needs, Precision, StageSeconds};
 use octant::neighbor::{Cells, Grid, SearchPlan};
 use octant::pair::PairCoefficients;
 use octant::paper::{ORDERED, SEARCHES};
@@ -28,12 +32,14 @@ fn points() -> (State, SimulationBox) {
     (state, free_or_periodic([0.0; 3], [EDGE; 3], [false; 3]))
 }
 
-fn search(c: &mut Criterion) {
-    let (state, space) = points();
+fn plans() -> Vec<SearchPlan> {
     // Those of usual order and sort are among the first.
     let special = ORDERED.iter().filter(|plan| plan.contains('+'));
-    let plans: Vec<SearchPlan> = SEARCHES.iter().chain(special).map(|plan| plan.parse().expect("a search")).collect();
+    SEARCHES.iter().chain(special).map(|plan| plan.parse().expect("a search")).collect()
+}
 
+fn search(c: &mut Criterion) {
+    let ((state, space), plans) = (points(), plans());
     let mut group = c.benchmark_group("cells");
     group.throughput(Throughput::Elements(COUNT.into())).sample_size(20);
     for plan in &plans {
@@ -49,22 +55,65 @@ fn search(c: &mut Criterion) {
     }
     group.finish();
 
-    let mut group = c.benchmark_group("list");
+    staged(c, "list", &plans, |stages| stages.list, &|| {
+        let options = CpuOptions { threads: 1, precision: Precision::Mixed, isa: None };
+        Box::new(CpuBackend::new(options).expect("threads start"))
+    });
+}
+
+/// A stage of list builds by the engine's own clock: the points stand still, and every step builds the list.
+fn staged(
+    c: &mut Criterion,
+    name: &str,
+    plans: &[SearchPlan],
+    stage: fn(&StageSeconds) -> f64,
+    engine: &dyn Fn() -> Box<dyn Backend>,
+) {
+    let (state, space) = points();
+    let mut group = c.benchmark_group(name);
     group.throughput(Throughput::Elements(COUNT.into())).sample_size(10);
     let mut spring = PairCoefficients::new("harmonic/cut", 0.0, 1).expect("a registered style");
     spring.set((1, 1), (1, 1), &["1800.0", "1.0"]).expect("its coefficients");
-    for plan in &plans {
+    for plan in plans {
         let mut program = program(&[1.0], 0.0, *plan);
         program.pair = spring.complete().expect("one type").0;
-        let options = CpuOptions { threads: 1, precision: Precision::Mixed, isa: None };
-        let mut backend = CpuBackend::new(options).expect("threads start");
+        program.fixes.clear();
+        program.policy.check = false;
+        let mut backend = engine();
         backend.load(arc(program), &state, &space, 0).unwrap();
+        backend.set_up(Needs::default()).expect("no two points are one");
         group.bench_function(BenchmarkId::from_parameter(plan), |b| {
-            b.iter(|| black_box(&mut backend).set_up(Needs::default()).expect("no two points are one"));
+            b.iter_custom(|steps| {
+                let (builds, before) = (backend.statistics().builds, stage(&backend.seconds()));
+                backend.advance(steps, Needs::default(), &AtomicBool::new(false)).expect("nothing moves");
+                let built = backend.statistics().builds - builds;
+                assert_eq!(built, steps, "a build a step");
+                Duration::from_secs_f64(stage(&backend.seconds()) - before)
+            });
         });
     }
     group.finish();
 }
 
-criterion_group!(benches, search);
+/// The same on the GPU, sort and list.
+#[cfg(feature = "cuda")]
+fn search_on_gpu(c: &mut Criterion) {
+    if let Err(reason) = octant::engine::cuda::devices() {
+        println!("no search is measured on a GPU: {reason}");
+        return;
+    }
+    let engine = || -> Box<dyn Backend> {
+        let options = CudaOptions { device: 0, precision: Precision::Mixed, tuning: Tuning::default() };
+        Box::new(CudaBackend::new(options).expect("there is a device"))
+    };
+    // Cells are counted there, whatever the sort.
+    let plans: Vec<SearchPlan> = plans().into_iter().filter(|plan| !plan.to_string().contains("radix")).collect();
+    staged(c, "cells, cuda", &plans, |stages| stages.sort, &engine);
+    staged(c, "list, cuda", &plans, |stages| stages.list, &engine);
+}
+
+#[cfg(not(feature = "cuda"))]
+fn search_on_gpu(_: &mut Criterion) {}
+
+criterion_group!(benches, search, search_on_gpu);
 criterion_main!(benches);
