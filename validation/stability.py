@@ -169,7 +169,7 @@ def page(
         "# Stability: stiff, extreme, overflowing and long scenes",
         "",
         f"{count} checks of {cases} cases ({form}) by `make stability`, {report.machine()}, commit {report.commit()}"
-        + (f"; of the GPU by {gpu.where}. " if gpu else ". ")
+        + (f"; on the GPU: {gpu.where}. " if gpu else ". ")
         + (f"**{len(failed)} cases fail.**" if failed else "All hold."),
         "",
         "Each line is a case on one backend in one precision, on every instruction set there is, with the check that came nearest "
