@@ -106,7 +106,8 @@ def test_what_does_not_fit_is_said(tmp_path: Path) -> None:
 
 def test_a_refusal_is_a_failure(tmp_path: Path) -> None:
     said = measure.run(TINY.changed(sizes=[12]), tmp_path, STAMP)
-    assert len(said) == 1 + len(SCENES) and "expected 500" in said[0]
+    # Once: what fails with the fewest atoms is not tried with more.
+    assert len(said) == 1 and "expected 500" in said[0]
 
 
 def test_openmm_absent_is_said(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ import importlib.util
 import sys
 from pathlib import Path
 
-from validation.bench.gpu import measure
+from validation.bench.gpu import measure, tables
 from validation.bench.gpu.plan import Plan
 from validation.octant_runner import ROOT, find_binary
 from validation.report import commit
@@ -27,6 +27,8 @@ def main() -> int:
         failures = measure.run(_plan(arguments), arguments.results, stamp)
         for failure in failures:
             print(failure, file=sys.stderr)
+        if not (arguments.results / tables.BENCH).exists():
+            return 1
     folder = arguments.render or arguments.results
     if importlib.util.find_spec("matplotlib") is None:
         print(f"no matplotlib here: python -m validation.bench.gpu --render {folder} makes page and figure elsewhere")

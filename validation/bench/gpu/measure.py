@@ -108,4 +108,7 @@ def run(plan: Plan, results: Path, stamp: dict[str, str]) -> list[str]:
             state.in_turns(size)
         else:
             state.octant(size, scene, plan.rounds, 0)
+        if state.failures and not state.bench:
+            # What fails with the fewest atoms fails with more.
+            break
     return state.failures
