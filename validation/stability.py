@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import re
 import subprocess
 import sys
 import tempfile
@@ -21,6 +20,8 @@ from typing import Any
 
 from validation import report
 from validation.bench.markdown import table
+from validation.bundle import suites
+from validation.bundle.outcome import FAILED, PASSED, SKIPPED
 from validation.octant_runner import ROOT
 
 PAGE = ROOT / "validation" / "stability.md"
@@ -95,6 +96,8 @@ ELSEWHERE = (
 
 HOLDS, FAILS, NOT_RUN = "holds", "**fails**", "not run"
 
+_WORDS = {PASSED: HOLDS, FAILED: FAILS, SKIPPED: NOT_RUN}
+
 #: Its test needs a GPU.
 _GPU_ALONE = "cuda_repeat"
 
@@ -148,12 +151,15 @@ class Gpu:
 
 
 def read_gpu(folder: Path) -> Gpu:
-    """A folder of results with ``summary.json`` and ``tests.log``, in which a line ``==> SUITE-on-cuda`` goes before each suite."""
+    """The results of ``run.sh`` as it leaves them; a suite whose log is not there has not been run."""
     about = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     name = about["card"].split(":")[-1].split(",")[0].strip()
     tests: dict[tuple[str, str], str] = {}
-    for suite, text in re.findall(r"^==> ([a-z_]+).*$((?:\n(?!==> ).*)*)", (folder / "tests.log").read_text(encoding="utf-8"), re.M):
-        tests |= {(suite, test): verdict for test, verdict in _verdicts(text).items()}
+    for outcome in about["outcomes"]:
+        log = folder / outcome["log"]
+        if outcome["part"] == "tests" and log.is_file():
+            suite, found = outcome["name"].split()[0], suites.verdicts(log.read_text(encoding="utf-8"))
+            tests |= {(suite, test): _WORDS[verdict] for test, verdict in found.items()}
     return Gpu(f"{name}, driver {about['driver']}, commit {about['commit']}", tests)
 
 
@@ -242,21 +248,14 @@ def run_truth(rows: Path, form: str) -> None:
                     file.write(json.dumps(check.row(precision)) + "\n")
 
 
-def _verdicts(output: str) -> dict[str, str]:
-    """By the names of the tests that have printed it."""
-    results = re.findall(r"^test (\S+) \.\.\. (ok|FAILED)", output, re.MULTILINE)
-    return {test: HOLDS if result == "ok" else FAILS for test, result in results}
-
-
 def judge(output: str) -> list[tuple[Elsewhere, str]]:
     """Verdicts from what the tests have printed; a test that is not there fails."""
-    results = _verdicts(output)
-    no_gpu = "skipped: no CUDA device" in output
+    results = suites.verdicts(output)
 
     def verdict(one: Elsewhere) -> str:
-        if one.suite == _GPU_ALONE and (no_gpu or one.test not in results):
-            return NOT_RUN
-        return results.get(one.test, FAILS)
+        result = results.get(one.test, SKIPPED if one.suite == _GPU_ALONE else FAILED)
+        # Where there is no GPU, tests of all backends say so and run on the CPU.
+        return HOLDS if result == SKIPPED and one.suite != _GPU_ALONE else _WORDS[result]
 
     return [(one, verdict(one)) for one in ELSEWHERE]
 

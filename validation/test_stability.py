@@ -61,12 +61,14 @@ def test_rows_of_several_machines_share_the_page(tmp_path: Path) -> None:
 
 
 def test_verdicts_of_a_gpu_stand_beside_those_of_here(tmp_path: Path) -> None:
-    about = {"card": "0: NVIDIA X1, compute capability 9.0", "driver": "580", "commit": "abc"}
-    (tmp_path / "summary.json").write_text(json.dumps(about), encoding="utf-8")
     one = next(one for one in stability.ELSEWHERE if one.suite == "precision")
     repeated = next(one for one in stability.ELSEWHERE if one.suite == "cuda_repeat")
-    log = f"==> cuda_repeat\n\ntest {repeated.test} ... ok\n\n==> precision-on-cuda\ntest {one.test} ... FAILED\n"
-    (tmp_path / "tests.log").write_text(log, encoding="utf-8")
+    logs = {"cuda_repeat": f"test {repeated.test} ... ok\n", "precision on cuda": f"test {one.test} ... FAILED\n"}
+    about = {"card": "0: NVIDIA X1, compute capability 9.0", "driver": "580", "commit": "abc"}
+    outcomes = [{"part": "tests", "name": name, "log": f"{name.split()[0]}.log"} for name in [*logs, "tail on cuda"]]
+    (tmp_path / "summary.json").write_text(json.dumps(about | {"outcomes": outcomes}), encoding="utf-8")
+    for name, text in logs.items():
+        (tmp_path / f"{name.split()[0]}.log").write_text(text, encoding="utf-8")
     gpu = stability.read_gpu(tmp_path)
     assert gpu.where == "NVIDIA X1, driver 580, commit abc"
     here = [(one, stability.HOLDS), (repeated, stability.NOT_RUN)]
@@ -74,3 +76,13 @@ def test_verdicts_of_a_gpu_stand_beside_those_of_here(tmp_path: Path) -> None:
     assert f"{one.test} | holds | **fails** |" in text and f"{repeated.test} | not run | holds |" in text
     assert "1 cases fail" in text and "not run | not run" not in text
     assert f"{repeated.test} | not run | not run |" in stability.page([], here, "short form")
+
+
+def test_a_test_that_was_skipped_on_a_gpu_was_not_run_there(tmp_path: Path) -> None:
+    one = next(one for one in stability.ELSEWHERE if one.suite == "cuda_repeat")
+    log = f"test {one.test} ... ok\n\nsuccesses:\n\n---- {one.test} stdout ----\nskipped: no CUDA device: none\n\nsuccesses:\n"
+    about = {"card": "0: X", "driver": "1", "commit": "a", "outcomes": [{"part": "tests", "name": one.suite, "log": "x.log"}]}
+    (tmp_path / "summary.json").write_text(json.dumps(about), encoding="utf-8")
+    (tmp_path / "x.log").write_text(log, encoding="utf-8")
+    assert stability.read_gpu(tmp_path).tests == {(one.suite, one.test): stability.NOT_RUN}
+    assert dict(stability.judge(log))[one] == stability.NOT_RUN

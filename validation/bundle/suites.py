@@ -29,23 +29,35 @@ class Suite:
     engines: bool
 
 
+def reasons(output: str) -> dict[str, str]:
+    """Tests that passed without having run, and why: they say ``skipped:``."""
+    well = {test for test, result in _RESULT.findall(output) if result == "ok"}
+    found: dict[str, str] = {}
+    for test, text in _BLOCK.findall(output):
+        said = [line.strip() for line in text.splitlines() if line.strip().startswith("skipped:")]
+        if said and test in well:
+            found[test] = said[0].removeprefix("skipped:").strip()
+    return found
+
+
+def verdicts(output: str) -> dict[str, str]:
+    """PASSED, FAILED or SKIPPED by the names of the tests that have printed it."""
+    words = {"ok": PASSED, "FAILED": FAILED, "ignored": SKIPPED}
+    found = {test: words[result] for test, result in _RESULT.findall(output)}
+    return found | dict.fromkeys(reasons(output), SKIPPED)
+
+
 def judge(name: str, done: Done, log: str) -> Outcome:
     """Counts the tests of a suite that has ended. A test that says ``skipped:`` is one that did not run."""
     totals = [tuple(map(int, found)) for found in _TOTAL.findall(done.output)]
     passed, failed, skipped = (sum(column) for column in zip(*totals, strict=True)) if totals else (0, 0, 0)
-    reasons = []
-    well = {test for test, result in _RESULT.findall(done.output) if result == "ok"}
-    for test, text in _BLOCK.findall(done.output):
-        said = [line.strip() for line in text.splitlines() if line.strip().startswith("skipped:")]
-        if said and test in well:
-            well.remove(test)
-            passed, skipped = passed - 1, skipped + 1
-            reasons.append(said[0].removeprefix("skipped:").strip())
-    verdict, detail = PASSED, "; ".join(dict.fromkeys(reasons))
+    left_out = reasons(done.output)
+    passed, skipped = passed - len(left_out), skipped + len(left_out)
+    verdict, detail = PASSED, "; ".join(dict.fromkeys(left_out.values()))
     if done.status is None:
         verdict, detail = FAILED, f"did not end within {LIMIT:.0f} s"
     elif done.status != 0 or failed or not totals:
-        broken = [test for test, result in _RESULT.findall(done.output) if result == "FAILED"]
+        broken = [test for test, result in verdicts(done.output).items() if result == FAILED]
         verdict, detail = FAILED, ", ".join(broken) or f"exit status {done.status}, no test result"
     elif passed == 0:
         verdict = SKIPPED
