@@ -25,6 +25,10 @@ use octant::system::{SimulationBox, State, Vec3};
 const COUNT: u32 = 20_000;
 const EDGE: f64 = 13.695;
 
+/// There are close to a hundred of them: with criterion's 3 s and 5 s they would take a quarter of an hour.
+const WARM_UP: Duration = Duration::from_millis(500);
+const MEASURED: Duration = Duration::from_secs(2);
+
 fn points() -> (State, SimulationBox) {
     let mut noise = Noise(2015);
     let mut state = State::default();
@@ -44,6 +48,7 @@ fn search(c: &mut Criterion) {
     let ((state, space), plans) = (points(), plans());
     let mut group = c.benchmark_group("cells");
     group.throughput(Throughput::Elements(COUNT.into())).sample_size(20);
+    group.warm_up_time(WARM_UP).measurement_time(MEASURED);
     for plan in &plans {
         let (low, high) = state.bounds();
         let mut cells = Cells::default();
@@ -74,6 +79,7 @@ fn staged(
     let (state, space) = points();
     let mut group = c.benchmark_group(name);
     group.throughput(Throughput::Elements(COUNT.into())).sample_size(10);
+    group.warm_up_time(WARM_UP).measurement_time(MEASURED);
     let mut spring = PairCoefficients::new("harmonic/cut", 0.0, 1).expect("a registered style");
     spring.set((1, 1), (1, 1), &["1800.0", "1.0"]).expect("its coefficients");
     for plan in plans {
