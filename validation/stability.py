@@ -19,9 +19,9 @@ from pathlib import Path
 from typing import Any
 
 from validation import report
-from validation.bench.markdown import table
 from validation.bundle import suites
 from validation.bundle.outcome import FAILED, PASSED, SKIPPED
+from validation.markdown import table
 from validation.octant_runner import ROOT
 
 PAGE = ROOT / "validation" / "stability.md"

@@ -15,12 +15,12 @@ from validation.bench import __main__ as command_line
 from validation.bench import figures, machine, page
 from validation.bench.contestants import Lammps, Octant, OpenMM, loop_cost
 from validation.bench.liquid import Atoms, Liquids
-from validation.bench.markdown import number
 from validation.bench.plan import MODES, Plan, atoms
 from validation.bench.reference import all_pairs
 from validation.bench.rounds import Absent, Sample, in_turns
 from validation.bench.rows import ABSENT, COLUMNS, COST, Row, Rows
 from validation.bench.sections import SECTIONS, errors, features, ratios, sizes, stages
+from validation.markdown import number
 from validation.octant_runner import find_binary
 
 TINY = replace(

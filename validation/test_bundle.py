@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from validation.bundle import comparison, device, make, paper, sanitizer, suites, summary
+from validation.bundle import comparison, device, engine, make, paper, sanitizer, suites, summary
 from validation.bundle.outcome import FAILED, PASSED, SKIPPED, Done, Outcome, call
 from validation.octant_runner import ROOT, find_binary
 from validation.paper.results import NAMES
@@ -163,6 +163,51 @@ def test_the_experiments_of_the_paper_leave_their_files(tmp_path: Path) -> None:
     assert (run(NO_GPU, "cuda").verdict, run(NO_GPU, "cuda").detail) == (SKIPPED, NO_GPU.missing)
     late = run(GPU, "cpu", 0.2)
     assert (late.verdict, late.detail) == (FAILED, "did not end in time")
+
+
+BENCH = """
+Benchmarking list/octant: Analyzing
+list/octant             time:   [1.5000 ms 2.0000 ms 12.5000 ms]
+                        thrpt:  [1.1482 Gelem/s 1.1483 Gelem/s 1.1485 Gelem/s]
+Found 1 outliers among 10 measurements (10.00%)
+Benchmarking list, cuda/octant: Analyzing
+list, cuda/octant
+                        time:   [10.414 µs 10.417 µs 10.419 µs]
+                        change: [-1.0% +0.1% +1.0%] (p = 0.30 > 0.05)
+set-up/4000             time:   [900.00 ns 1.0000 µs 1.1000 µs]
+"""
+
+
+def test_times_of_benches_become_a_page() -> None:
+    found = engine.read(BENCH)
+    assert [(one.group, one.case, one.time) for one in found] == [
+        ("list", "octant", 2000.0),
+        ("list, cuda", "octant", 10.417),
+        ("set-up", "4000", 1.0),
+    ]
+    page = engine.page("search", "2026-01-01, commit abc, a card.", found)
+    assert "| octant | 2 000 (1 500 to 12 500) | 10.42 (10.41 to 10.42) |" in page
+    # Cases that groups do not share are tables of their own.
+    assert "| list | list, cuda |" in page and "| 4000 | 1.000 (0.9000 to 1.100) |" in page
+
+
+@pytest.mark.parametrize(
+    ("script", "verdict", "detail"),
+    [
+        ("cat bench", PASSED, ""),
+        ("cat bench; exit 3", FAILED, "exit status 3"),
+        ("echo nothing", FAILED, "no time in it"),
+        ("cat bench; echo 'no search is measured on a GPU: no driver'", SKIPPED, "no driver"),
+    ],
+)
+def test_benches_are_judged(tmp_path: Path, script: str, verdict: str, detail: str) -> None:
+    (tmp_path / "bench").write_text(BENCH, encoding="utf-8")
+    (tmp_path / "search").write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
+    (tmp_path / "search").chmod(0o755)
+    about = {"date": "2026-01-01T00:00:00", "commit": "abc", "card": "a card"}
+    (outcome,) = engine.run(tmp_path, tmp_path / "results", tmp_path, os.environ, "cuda", ["search"], about)
+    assert (outcome.verdict, outcome.detail) == (verdict, detail)
+    assert "2026-01-01, commit abc, a card." in (tmp_path / "results" / "engine" / "search.md").read_text(encoding="utf-8")
 
 
 def test_the_comparison_becomes_a_table() -> None:

@@ -16,10 +16,10 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter, NullLocator, ScalarFormatter
 
 from validation.bench.labels import place_labels
-from validation.bench.markdown import cores, spaced
 from validation.bench.plan import ASKED_LINEAR
 from validation.bench.rows import COST, Row, Rows
 from validation.bench.sections import ratios, sizes
+from validation.markdown import cores, spaced
 
 #: Colors of Okabe and Ito, which people with color-blindness tell apart, and a marker each.
 STYLES = {

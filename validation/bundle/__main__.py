@@ -9,11 +9,11 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from validation.bundle import comparison, device, paper, sanitizer, speed, suites, summary
-from validation.bundle.outcome import FAILED, PASSED, Outcome, call
+from validation.bundle import comparison, device, engine, paper, sanitizer, speed, suites, summary
+from validation.bundle.outcome import Outcome
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PARTS = ("tests", "sanitizer", "validation", "bench", "paper", "engine")
@@ -48,7 +48,7 @@ def main() -> int:
     outcomes: list[Outcome] = []
     table: list[comparison.Row] = []
     with tempfile.TemporaryDirectory(prefix="octant-bundle-") as scratch:
-        for outcome in _outcomes(arguments, bundle, results, Path(scratch), found, table):
+        for outcome in _outcomes(arguments, bundle, results, Path(scratch), found, table, about):
             outcomes.append(outcome)
             counts = f"{outcome.passed} passed, {outcome.failed} failed, {outcome.skipped} skipped"
             print(f"{outcome.verdict:8}{outcome.part}, {outcome.name}: {counts} ({outcome.seconds:.1f} s)", end="")
@@ -95,6 +95,7 @@ def _outcomes(
     scratch: Path,
     found: device.Device,
     table: list[comparison.Row],
+    about: Mapping[str, str],
 ) -> Iterator[Outcome]:
     environment, backend = dict(os.environ), arguments.backend
     if "tests" in arguments.parts:
@@ -112,11 +113,7 @@ def _outcomes(
         limit, sizes = arguments.limit or paper.LIMIT, arguments.sizes or ()
         yield from paper.run(ROOT, results, scratch, environment, found, backend, limit, sizes, arguments.quick)
     if "engine" in arguments.parts:
-        for file in bundle["benches"]:
-            log = Path("engine") / f"{Path(file).name}.log"
-            done = call([ROOT / file, "--bench"], results / log, environment, 3600.0, scratch)
-            verdict = PASSED if done.status == 0 else FAILED
-            yield Outcome("engine", Path(file).name, verdict, seconds=done.seconds, log=str(log))
+        yield from engine.run(ROOT, results, scratch, environment, backend, bundle["benches"], about)
 
 
 if __name__ == "__main__":

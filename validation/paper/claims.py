@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from validation.bench.markdown import number, spaced, table
+from validation.markdown import number, spaced, table
 from validation.paper.results import Results, Row, Time, one, where
 
 HOLDS, PART, FAILS = "holds", "holds in part", "fails"

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, NullLocator
 
-from validation.bench.markdown import spaced
+from validation.markdown import spaced
 from validation.paper.results import Results, Row, one, place, where
 
 #: Colors of Okabe and Ito, which people with color-blindness tell apart, and a marker for each search.

@@ -6,7 +6,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from validation.bench.markdown import number, spaced, table
+from validation.markdown import number, spaced, table
 from validation.octant_runner import ROOT
 from validation.paper import claims, system
 from validation.paper.claims import Claim

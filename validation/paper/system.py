@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from validation.bench.markdown import number, spaced, table
+from validation.markdown import number, spaced, table
 from validation.paper.results import Results, Row, one, where
 
 #: How the integrators are called in LAMMPS's words and in others.

@@ -8,7 +8,7 @@ from validation.bench.gpu import tables
 from validation.bench.gpu.plan import OCTANT, PLAIN, SCENES
 from validation.bench.gpu.tables import Group, Spread
 from validation.bench.liquid import CUTOFF, DENSITY, TEMPERATURE, TIMESTEP
-from validation.bench.markdown import number, spaced, table
+from validation.markdown import number, spaced, table
 
 #: Columns of the stages, in the order of the page.
 _STAGES = ("pair", "list", "sort", "check", "modify", "output", "other")

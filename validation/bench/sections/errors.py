@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from validation.bench.contestants import Contestant, Lammps, Octant, OpenMM
 from validation.bench.liquid import CUTOFF, PAIR, Atoms, Liquids, script
-from validation.bench.markdown import absences, caption, number, table
+from validation.bench.markdown import absences, caption
 from validation.bench.plan import MODES, Plan, atoms
 from validation.bench.reference import Reference, all_pairs
 from validation.bench.rounds import Absent, say
 from validation.bench.rows import ABSENT, Row, Rows
 from validation.logs import read_log
+from validation.markdown import number, table
 
 NAME = "errors"
 

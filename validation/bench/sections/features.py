@@ -7,10 +7,11 @@ from pathlib import Path
 
 from validation.bench.contestants import Octant
 from validation.bench.liquid import LIST, PAIR, Liquids, script
-from validation.bench.markdown import absences, caption, number, ratio, spread, table
+from validation.bench.markdown import absences, caption, ratio, spread
 from validation.bench.plan import Plan, atoms
 from validation.bench.rounds import in_turns
 from validation.bench.rows import ABSENT, COST, COST_UNIT, Row, Rows
+from validation.markdown import number, table
 from validation.scripts import Script
 
 NAME = "features"

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from validation.bench.contestants import Octant
 from validation.bench.liquid import Liquids
-from validation.bench.markdown import absences, caption, cores, spread, table
+from validation.bench.markdown import absences, caption, spread
 from validation.bench.plan import ASKED_LINEAR, Plan, atoms
 from validation.bench.rounds import in_turns
 from validation.bench.rows import ABSENT, COST, COST_UNIT, Row, Rows
+from validation.markdown import cores, table
 
 NAME = "sizes"
 

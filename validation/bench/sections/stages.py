@@ -7,10 +7,11 @@ from typing import Any
 from validation.bench import machine
 from validation.bench.contestants import Octant
 from validation.bench.liquid import LIST, Liquids, script
-from validation.bench.markdown import absences, caption, cores, number, table
+from validation.bench.markdown import absences, caption
 from validation.bench.plan import MODES, Plan, atoms
 from validation.bench.rounds import Sample, in_turns
 from validation.bench.rows import ABSENT, CLOCK, COST, COST_UNIT, ISA, Row, Rows
+from validation.markdown import cores, number, table
 
 NAME = "stages"
 
