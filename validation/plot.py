@@ -78,7 +78,9 @@ def write(folder: Path, scenes: Sequence[SceneResult]) -> None:
     axes[0].set_yticks(
         [_ZERO, *(10.0**decade for decade in decades)], ["$\\leq 10^{-17}$", *(f"$10^{{{d}}}$" for d in decades)]
     )
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(scenes), frameon=False)
+    # As many as are as wide as the figure.
+    ncols = min(len(scenes), 10)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=ncols, frameon=False)
     figure.savefig(folder / "validation.png", dpi=150)
     figure.savefig(folder / "validation.svg", metadata={"Date": None})
     plt.close(figure)
