@@ -165,12 +165,63 @@ fn sorts_and_orders_of_cells_give_the_same_rows() {
             for name in ["trimmed", "octant:2.52", "midplane:4", "standard:0.5"] {
                 let plan: SearchPlan = name.parse().unwrap();
                 let (expected, ..) = searched(&variant, plan, &[0.8], &state, &space);
-                let curve = plan.with_order(CellOrder::Curve);
-                for search in [vec![curve], by_radix(&variant, vec![plan, curve])].concat() {
+                let [rows, curve] = [CellOrder::Rows, CellOrder::Curve].map(|order| plan.with_order(order));
+                for search in [vec![rows, curve], by_radix(&variant, vec![plan, curve])].concat() {
                     let (pairs, ..) = searched(&variant, search, &[0.8], &state, &space);
                     assert!(pairs == expected && pairs.len() > 10, "{} {search} {count}", variant.name);
                 }
             }
+        }
+    }
+}
+
+#[test]
+fn rows_of_cells_lie_as_the_paper_has_them() {
+    // 10 x 8 x 6 cells of edge R: X fastest, then Y, then Z.
+    let (radius, counts) = (1.3, [10.0, 8.0, 6.0]);
+    let edges = counts.map(|cells| cells * radius * 1.0001);
+    let space = free_or_periodic([0.0; 3], edges, [true; 3]);
+    let mut state = points(4000, 1.0);
+    state.x.iter_mut().for_each(|x| x.component_mul_assign(&Vec3::from(edges)));
+    let cell = |id: u32| {
+        let at = state.x[id as usize - 1];
+        let [x, y, z] = [0, 1, 2].map(|axis| (at[axis] / edges[axis] * counts[axis]) as u64);
+        (z * 8 + y) * 10 + x
+    };
+    for variant in variants() {
+        let mut backend = variant.backend(1);
+        let plan = Search::Standard.plan().with_order(CellOrder::Rows);
+        backend.load(arc(program(&[1.0], 0.3, plan)), &state, &space, 0).unwrap();
+        let _ = backend.set_up(Needs::default());
+        let order = backend.order().unwrap();
+        let cells: Vec<u64> = order.iter().map(|id| cell(*id)).collect();
+        assert!(cells.is_sorted() && order.len() == 4000, "{}", variant.name);
+    }
+}
+
+#[test]
+fn a_search_that_looks_to_some_sides_finds_what_lies_there() {
+    let (radius, cells) = (1.3, 5.0);
+    let edge = cells * radius * 1.0001;
+    let space = free_or_periodic([0.0; 3], [edge; 3], [true; 3]);
+    let state = points(600, edge);
+    let cell = |id: u32| state.x[id as usize - 1].map(|x| (x / edge * cells).floor() as i32);
+    for variant in variants() {
+        let (all, ..) = searched(&variant, Search::Standard, &[1.0], &state, &space);
+        for looks in [[[false; 2]; 3], [[false, true], [true; 2], [false; 2]], [[true, false], [false; 2], [true; 2]]] {
+            let plan = Search::Standard.plan().looking(looks);
+            let (pairs, ..) = searched(&variant, plan, &[1.0], &state, &space);
+            let looked_into = |(i, j, image): &(u32, u32, [i32; 3])| {
+                let (own, other) = (cell(*i), cell(*j));
+                (0..3).all(|axis| match other[axis] + image[axis] * cells as i32 - own[axis] {
+                    0 => true,
+                    -1 => looks[axis][0],
+                    1 => looks[axis][1],
+                    _ => false,
+                })
+            };
+            let expected: Pairs = all.iter().copied().filter(looked_into).collect();
+            assert!(pairs == expected && expected.len() > 100, "{} {looks:?}", variant.name);
         }
     }
 }

@@ -113,6 +113,6 @@ fn a_force_or_integrator_that_is_none_is_refused() {
             Err(error) => error.to_string(),
         }
     };
-    assert!(refused("force").contains("there is no pair_style"), "{}", refused("force"));
+    assert!(refused("force").contains("pair style 'sprung' is not part of octant"), "{}", refused("force"));
     assert!(refused("integrator").contains("fix style 'sprung' is not part of octant"), "{}", refused("integrator"));
 }

@@ -1,5 +1,6 @@
 //! `octant paper`.
 
+use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
@@ -32,13 +33,10 @@ pub fn paper(args: PaperArgs) -> Result<ExitCode, Error> {
     let settings =
         Settings { precision: Precision::ALL[args.precision as usize], quiet: true, ..args.engine.settings() };
     settings.check()?;
-    let options = Options {
-        settings,
-        sizes: args.sizes.unwrap_or(sizes),
-        rounds: args.rounds.map_or(rounds, usize::from),
-        round_seconds,
-        halvings,
-    };
+    let mut sizes = args.sizes.unwrap_or(sizes);
+    let mut seen = HashSet::new();
+    sizes.retain(|size| seen.insert(*size));
+    let options = Options { settings, sizes, rounds: args.rounds.map_or(rounds, usize::from), round_seconds, halvings };
     let out = args.out.as_path();
     fs::create_dir_all(out).map_err(|e| Error::file(out, "cannot create the folder", e))?;
     for experiment in paper::experiments() {
@@ -54,20 +52,21 @@ fn run(options: &Options, out: &Path) -> Result<ExitCode, Error> {
     let ended = paper::run(options, &mut |said| match said {
         Said::Note(note) => {
             say!("{note}");
+            true
         }
         Said::Begin(experiment) => {
             say!("{}{}\n", if current.is_some() { "\n" } else { "" }, experiment.title);
             say!("{}", experiment.heads());
             (current, rows) = (Some(experiment), Vec::new());
+            true
         }
         Said::Row(row) => {
-            let Some(experiment) = current else { return };
+            let Some(experiment) = current else { return true };
             say!("{}", experiment.table_line(&row));
             rows.push(row);
             // Experiments that are cut off leave the rows so far.
-            if written.is_ok() {
-                written = write(experiment, out, &rows);
-            }
+            written = write(experiment, out, &rows);
+            written.is_ok()
         }
     })?;
     written?;

@@ -10,6 +10,8 @@ mod searches;
 mod stability;
 mod table1;
 
+use std::cell::Cell;
+
 use crate::Error;
 use crate::bench::{Ended, Halt, Machine};
 use crate::session::Settings;
@@ -57,19 +59,24 @@ pub fn experiments() -> [&'static Experiment; 7] {
     ]
 }
 
-/// Runs all experiments; `say` gets every row as soon as it is there. An error where the engine cannot be had or fails, or where two
+/// Runs all experiments; `say` gets every row as soon as it is there, and returns whether to go on. An error where the engine cannot be had or fails, or where two
 /// searches find different numbers of neighbors.
-pub fn run(options: &Options, say: &mut dyn FnMut(Said)) -> Result<Ended, Error> {
+pub fn run(options: &Options, say: &mut dyn FnMut(Said) -> bool) -> Result<Ended, Error> {
     options.settings.check()?;
     let (machine, note) = Machine::new(&options.settings)?;
     if let Some(note) = note {
         say(Said::Note(note));
     }
     let Options { rounds, round_seconds, halvings, .. } = *options;
-    let lab = Lab { settings: options.settings.clone(), machine, rounds, round_seconds, halvings };
+    let broken = Cell::new(false);
+    let lab = Lab { settings: options.settings.clone(), machine, rounds, round_seconds, halvings, broken };
     for experiment in experiments() {
         say(Said::Begin(experiment));
-        let found = &mut |row| say(Said::Row(row));
+        let found = &mut |row| {
+            if !say(Said::Row(row)) {
+                lab.broken.set(true);
+            }
+        };
         let ran = match experiment.name {
             "table1" => table1::run(&lab, found),
             "later" => later::run(&options.sizes, &lab, found),

@@ -120,8 +120,6 @@ numbers! {
     /// Runs of sorted particles that a short entry can name, and bits of the place in one.
     RUNS = 16;
     PLACE_BITS = 12;
-    /// Cells along the edge of a brick, in whose order cells follow each other.
-    BRICK = 2;
 }
 
 layout! {

@@ -206,6 +206,10 @@ impl Backend for CudaBackend {
         self.engine().pairs_where(wanted).map_err(Error::Unavailable)
     }
 
+    fn order(&self) -> Result<Vec<u32>, Error> {
+        self.engine().order().map_err(Error::Unavailable)
+    }
+
     fn bytes(&self) -> usize {
         self.engine().memory.bytes()
     }

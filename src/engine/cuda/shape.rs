@@ -33,6 +33,8 @@ pub struct Shape {
     pub folded: bool,
     /// Cells follow each other along a Z-order curve.
     pub curve: bool,
+    /// Cells along the edge of a brick, in whose order they follow each other elsewhere.
+    pub brick: u32,
     pub compact: bool,
     /// Particles of an octant differ in the cells they look into.
     pub midplane: bool,
@@ -66,6 +68,10 @@ pub struct Shape {
     pub ahead: u32,
 }
 
+/// Cells along the edge of a brick where no other order is asked for: what the whole device works on at a time then has few
+/// neighbors beyond itself.
+const USUAL_BRICK: u32 = 2;
+
 impl Shape {
     /// What a program and its box decide; the rest (images, table, lanes) follows from the particles.
     pub fn new(program: &Program, simulation_box: &SimulationBox, precision: Precision) -> Self {
@@ -87,6 +93,7 @@ impl Shape {
             scaled: false,
             folded: false,
             curve: program.search.order() == CellOrder::Curve,
+            brick: if program.search.order() == CellOrder::Usual { USUAL_BRICK } else { 1 },
             compact: program.search.is_compact(),
             midplane: program.search.search() == Search::Midplane,
             octants: OCTANTS as u32 - 1,

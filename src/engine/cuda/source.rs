@@ -140,6 +140,7 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("DIVIDED", shape.octants as usize),
         ("PART_BITS", PART_BITS as usize),
         ("CELL_BITS", CELL_BITS as usize),
+        ("BRICK", shape.brick as usize),
         ("GROUP", shape.group as usize),
         ("SLICES", shape.slices as usize),
         ("BLOCKS_AT_LEAST", shape.blocks_at_least as usize),
