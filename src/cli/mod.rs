@@ -138,6 +138,9 @@ struct PaperArgs {
     /// Numbers of particles of figure 5 [default: the paper's eight, 1000 to 200000; quick: 1000,5000].
     #[arg(long, value_name = "N,..", value_delimiter = ',', value_parser = size)]
     sizes: Option<Vec<usize>>,
+    /// Write the particles of each distribution too, with the neighbors of each (particles-uniform.csv and so on).
+    #[arg(long)]
+    particles: bool,
     /// Small sizes and short rounds: shows that everything works, in less than a minute.
     #[arg(long)]
     quick: bool,

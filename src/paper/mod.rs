@@ -18,7 +18,7 @@ use crate::session::Settings;
 pub use experiment::{Experiment, Row};
 use measure::Lab;
 pub use orders::SEARCHES as ORDERED;
-pub use searches::{EXHAUSTIVE, SEARCHES};
+pub use searches::{EXHAUSTIVE, Listed, SEARCHES};
 pub use table1::{Published, TABLE_1, expected_neighbors};
 
 /// What to measure and how.
@@ -44,6 +44,8 @@ pub enum Said {
     Begin(&'static Experiment),
     /// A row of the experiment that began last.
     Row(Row),
+    /// Particles that lists were built of.
+    Particles(Listed),
 }
 
 /// The experiments, in the order in which they are run.
@@ -71,6 +73,7 @@ pub fn run(options: &Options, say: &mut dyn FnMut(Said) -> bool) -> Result<Ended
     let broken = Cell::new(false);
     let lab = Lab { settings: options.settings.clone(), machine, rounds, round_seconds, halvings, broken };
     for experiment in experiments() {
+        let mut listed = Vec::new();
         say(Said::Begin(experiment));
         let found = &mut |row| {
             if !say(Said::Row(row)) {
@@ -84,10 +87,10 @@ pub fn run(options: &Options, say: &mut dyn FnMut(Said) -> bool) -> Result<Ended
             "orders" => orders::run(&options.sizes, &lab, found),
             "figure4" => figure4::run(&options.sizes, &lab, found),
             "figure5" => searches::by_size(&options.sizes, &lab, found),
-            _ => searches::by_distribution(&options.sizes, &lab, found),
+            _ => searches::by_distribution(&options.sizes, &lab, found).map(|all| listed = all),
         };
         match ran {
-            Ok(()) => {}
+            Ok(()) => listed.drain(..).for_each(|one| lab.broken.set(!say(Said::Particles(one)) || lab.broken.get())),
             Err(Halt::Interrupted) => return Ok(Ended::Interrupted),
             Err(Halt::Error(error)) => return Err(error),
         }

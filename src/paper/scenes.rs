@@ -55,6 +55,10 @@ impl Scene {
         self.program.pair.largest_cutoff() + self.program.policy.skin
     }
 
+    pub fn simulation_box(&self) -> &SimulationBox {
+        &self.simulation_box
+    }
+
     /// An engine that holds the particles and has built the first list with this search.
     pub fn set_up(&self, search: SearchPlan, settings: &Settings) -> Result<Box<dyn Backend>, Error> {
         let (mut backend, _) = settings.engine()?;

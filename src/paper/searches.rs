@@ -6,6 +6,7 @@ use super::scenes::{self, Scene};
 use crate::Error;
 use crate::bench::Halt;
 use crate::neighbor::SearchPlan;
+use crate::system::Vec3;
 
 /// What is compared: the paper's two searches with its three edges, the standard search with the edges that it is usually run with
 /// (R, R/2), which the paper leaves out, and octant's own two.
@@ -60,6 +61,14 @@ const SHOWN: [&str; 12] = [
     "build_ns_per_neighbor",
 ];
 
+/// Particles and the neighbors that all searches find of each.
+pub struct Listed {
+    /// Of the distribution.
+    pub name: &'static str,
+    pub x: Vec<Vec3>,
+    pub neighbors: Vec<u32>,
+}
+
 /// The even distribution with each of these numbers of particles.
 pub fn by_size(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
     for scene in scenes::by_size(sizes, &lab.settings) {
@@ -71,15 +80,24 @@ pub fn by_size(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result
 }
 
 /// All distributions with about as many particles as the largest size.
-pub fn by_distribution(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
+pub fn by_distribution(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<Vec<Listed>, Halt> {
+    let mut listed = Vec::new();
     for scene in scenes::distributions(scenes::largest(sizes, MOST_DISTRIBUTED), &lab.settings)? {
-        compare(&scene, &SEARCHES, lab, found)?;
+        let space = |row: &mut Row| {
+            let [x, y, z] = scene.simulation_box().lengths().into();
+            row.extend([("radius", scene.radius().to_string()), ("box", format!("{x} {y} {z}"))]);
+        };
+        let neighbors = compare(&scene, &SEARCHES, lab, &mut |mut row| {
+            space(&mut row);
+            found(row);
+        })?;
+        listed.push(Listed { name: scene.name, x: scene.state.x, neighbors });
     }
-    Ok(())
+    Ok(listed)
 }
 
-/// Searches on a scene. An error where they find different numbers of neighbors.
-pub fn compare(scene: &Scene, searches: &[&str], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
+/// Searches on a scene; the neighbors of each particle. An error where they find different numbers of them.
+pub fn compare(scene: &Scene, searches: &[&str], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<Vec<u32>, Halt> {
     let plan = |search: &&str| search.parse::<SearchPlan>().expect("a search");
     let cases: Vec<_> = searches.iter().map(|search| (scene, plan(search))).collect();
     let particles = scene.state.len();
@@ -105,7 +123,7 @@ pub fn compare(scene: &Scene, searches: &[&str], lab: &Lab, found: &mut dyn FnMu
         }
     })?;
     match wrong {
-        None => Ok(()),
+        None => Ok(first.map_or(Vec::new(), |(_, counts)| counts)),
         Some(found) => Err(Error::Fault(format!("{}, {particles} particles: {found}", scene.name)).into()),
     }
 }
