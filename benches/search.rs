@@ -14,8 +14,6 @@ use octant::engine::cpu::{CpuBackend, CpuOptions};
 #[cfg(feature = "cuda")]
 use octant::engine::cuda::{CudaBackend, CudaOptions, Tuning};
 use octant::engine::{Backend, Needs, Precision, StageSeconds};
-#[cfg(feature = "cuda")]
-use octant::neighbor::Sort;
 use octant::neighbor::{CellOrder, Cells, Grid, SearchPlan};
 use octant::pair::PairCoefficients;
 use octant::paper::{ORDERED, SEARCHES};
@@ -116,8 +114,7 @@ fn search_on_gpu(c: &mut Criterion) {
         let options = CudaOptions { device: 0, precision: Precision::Mixed, tuning: Tuning::default() };
         Box::new(CudaBackend::new(options).expect("there is a device"))
     };
-    // Cells are counted there, whatever the sort.
-    let plans: Vec<SearchPlan> = plans().into_iter().filter(|plan| plan.sort() == Sort::Counting).collect();
+    let plans = plans();
     staged(c, "cells, cuda", &plans, |stages| stages.sort, &engine);
     staged(c, "list, cuda", &plans, |stages| stages.list, &engine);
 }

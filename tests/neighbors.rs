@@ -74,10 +74,9 @@ fn plans(octant: f64, standard: f64) -> Vec<SearchPlan> {
     Search::ALL.into_iter().map(Search::plan).chain(special).collect()
 }
 
-/// The searches whose particles are sorted by radix, which only the CPU engine does.
-fn by_radix(variant: &Variant, plans: Vec<SearchPlan>) -> Vec<SearchPlan> {
-    let on_cpu = variant.name.starts_with("cpu");
-    plans.into_iter().filter(|_| on_cpu).map(|plan| plan.with_sort(Sort::Radix)).collect()
+/// The searches with particles sorted by radix.
+fn by_radix(plans: Vec<SearchPlan>) -> Vec<SearchPlan> {
+    plans.into_iter().map(|plan| plan.with_sort(Sort::Radix)).collect()
 }
 
 /// A number of box heights that puts particles on faces, edges, corners and mid-planes often.
@@ -115,7 +114,7 @@ proptest! {
         }
         let (mut expected, mut ties) = oracle(&listed, &simulation_box, radius);
         let plans = plans(octant, standard);
-        for search in by_radix(&variant, plans.clone()).into_iter().chain(plans) {
+        for search in by_radix(plans.clone()).into_iter().chain(plans) {
             let (pairs, counts, listed) = searched(&variant, search, &cutoffs, &state, &simulation_box);
             if variant.precision == Precision::Single {
                 // Positions are rounded to what cells can tell, and cells depend on the search.
@@ -166,7 +165,7 @@ fn sorts_and_orders_of_cells_give_the_same_rows() {
                 let plan: SearchPlan = name.parse().unwrap();
                 let (expected, ..) = searched(&variant, plan, &[0.8], &state, &space);
                 let [rows, curve] = [CellOrder::Rows, CellOrder::Curve].map(|order| plan.with_order(order));
-                for search in [vec![rows, curve], by_radix(&variant, vec![plan, curve])].concat() {
+                for search in [vec![rows, curve], by_radix(vec![plan, curve])].concat() {
                     let (pairs, ..) = searched(&variant, search, &[0.8], &state, &space);
                     assert!(pairs == expected && pairs.len() > 10, "{} {search} {count}", variant.name);
                 }
@@ -223,21 +222,6 @@ fn a_search_that_looks_to_some_sides_finds_what_lies_there() {
             let expected: Pairs = all.iter().copied().filter(looked_into).collect();
             assert!(pairs == expected && expected.len() > 100, "{} {looks:?}", variant.name);
         }
-    }
-}
-
-#[test]
-fn a_gpu_says_that_it_has_no_radix_sort() {
-    for variant in variants().into_iter().filter(|variant| !variant.name.starts_with("cpu")) {
-        let plan = "octant+radix".parse::<SearchPlan>().unwrap();
-        let space = free_or_periodic([0.0; 3], [9.0; 3], [true; 3]);
-        let refused = variant.backend(1).load(arc(program(&[2.5], 0.3, plan)), &points(9, 9.0), &space, 0);
-        let said = refused.unwrap_err().to_string();
-        assert_eq!(
-            said, "search 'octant+radix': the GPU engine has no radix sort, the CPU engine has",
-            "{}",
-            variant.name
-        );
     }
 }
 

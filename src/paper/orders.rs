@@ -6,7 +6,7 @@ use super::measure::Lab;
 use super::scenes::{self, Scene};
 use super::searches::compare;
 use crate::bench::Halt;
-use crate::neighbor::{CellOrder, SearchPlan, Sort};
+use crate::neighbor::{CellOrder, SearchPlan};
 
 /// Each search with both orders and both sorts, and with rows where these are not usual. The trimmed search has particles along a curve
 /// inside each octant, the others not.
@@ -59,12 +59,9 @@ pub static EXPERIMENT: Experiment = Experiment {
     ],
 };
 
-/// The even distribution of each size; on an engine that has no radix sort, without it, and without rows by name where they are usual.
+/// The even distribution of each size; without rows by name where they are usual.
 pub fn run(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
-    let has = |plan: SearchPlan| match lab.on_gpu() {
-        true => plan.sort() != Sort::Radix,
-        false => plan.order() != CellOrder::Rows,
-    };
+    let has = |plan: SearchPlan| lab.on_gpu() || plan.order() != CellOrder::Rows;
     let searches: Vec<&str> = SEARCHES.into_iter().filter(|name| name.parse().is_ok_and(has)).collect();
     let sizes: Vec<usize> = sizes.iter().copied().filter(|n| *n <= MOST).collect();
     for scene in scenes::by_size(&sizes, &lab.settings) {

@@ -83,14 +83,7 @@ pub fn by_size(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result
 pub fn by_distribution(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<Vec<Listed>, Halt> {
     let mut listed = Vec::new();
     for scene in scenes::distributions(scenes::largest(sizes, MOST_DISTRIBUTED), &lab.settings)? {
-        let space = |row: &mut Row| {
-            let [x, y, z] = scene.simulation_box().lengths().into();
-            row.extend([("radius", scene.radius().to_string()), ("box", format!("{x} {y} {z}"))]);
-        };
-        let neighbors = compare(&scene, &SEARCHES, lab, &mut |mut row| {
-            space(&mut row);
-            found(row);
-        })?;
+        let neighbors = compare(&scene, &SEARCHES, lab, found)?;
         listed.push(Listed { name: scene.name, x: scene.state.x, neighbors });
     }
     Ok(listed)
@@ -103,6 +96,7 @@ pub fn compare(scene: &Scene, searches: &[&str], lab: &Lab, found: &mut dyn FnMu
     let particles = scene.state.len();
     let mut first: Option<(SearchPlan, Vec<u32>)> = None;
     let mut wrong = None;
+    let [x, y, z] = scene.simulation_box().lengths().into();
     time(&cases, lab, &mut |scene, timed| {
         let mut row: Row = vec![
             ("distribution", scene.name.into()),
@@ -112,6 +106,8 @@ pub fn compare(scene: &Scene, searches: &[&str], lab: &Lab, found: &mut dyn FnMu
             ("edge", timed.search.edge().to_string()),
             ("order", lab.order_name(timed.search.order()).into()),
             ("sort", timed.search.sort().name().into()),
+            ("radius", scene.radius().to_string()),
+            ("box", format!("{x} {y} {z}")),
         ];
         row.extend(timed.cells(particles, lab));
         found(row);

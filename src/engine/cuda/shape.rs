@@ -2,7 +2,7 @@
 
 use crate::dynamics::{Fix, Phase};
 use crate::engine::{Precision, Program};
-use crate::neighbor::{CellOrder, OCTANTS, Search};
+use crate::neighbor::{CellOrder, OCTANTS, Search, Sort};
 use crate::system::{GROUP_ALL, SimulationBox};
 
 /// Everything that decides the text of the kernels.
@@ -35,6 +35,8 @@ pub struct Shape {
     pub curve: bool,
     /// Cells along the edge of a brick, in whose order they follow each other elsewhere.
     pub brick: u32,
+    /// Particles are sorted by radix.
+    pub radix: bool,
     pub compact: bool,
     /// Particles of an octant differ in the cells they look into.
     pub midplane: bool,
@@ -94,6 +96,7 @@ impl Shape {
             folded: false,
             curve: program.search.order() == CellOrder::Curve,
             brick: if program.search.order() == CellOrder::Usual { USUAL_BRICK } else { 1 },
+            radix: program.search.sort() == Sort::Radix,
             compact: program.search.is_compact(),
             midplane: program.search.search() == Search::Midplane,
             octants: OCTANTS as u32 - 1,
