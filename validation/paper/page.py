@@ -110,15 +110,18 @@ def _noise(results: Results) -> list[str]:
     """What was noted of the run (``note.md`` in its folder), and how far the rounds of a time are apart."""
     times = [Time.of(row, "build_us") for row in results.tables["figure5"]]
     apart = sorted(100 * (time.most / time.least - 1) for time in times)
-    rounds = results.tables["figure5"][0]["rounds"]
+    rounds = int(results.tables["figure5"][0]["rounds"])
     note = results.folder / "note.md"
+    noise = (
+        f"The longest of {rounds} rounds is {apart[len(apart) // 2]:.0f} % longer than the shortest for half of the "
+        f"times of figure 5, {apart[-1]:.0f} % at worst"
+        + ("; differences that are smaller mean nothing." if apart[len(apart) // 2] > 10 else ".")
+    )
     return [
         *([note.read_text(encoding="utf-8").strip(), ""] if note.is_file() else []),
-        f"{results.sizes[0]:,} to {results.sizes[-1]:,} particles. ".replace(",", " ")
-        + f"The longest of {rounds} rounds is {apart[len(apart) // 2]:.0f} % longer than the shortest for half of the "
-        "times of figure 5, "
-        f"{apart[-1]:.0f} % at worst"
-        + ("; differences that are smaller mean nothing." if apart[len(apart) // 2] > 10 else "."),
+        *([" ".join(results.cut), ""] if results.cut else []),
+        f"{spaced(results.sizes[0])} to {spaced(results.sizes[-1])} particles. "
+        + (noise if rounds > 1 else "With one round each, nothing tells a difference from noise."),
         "",
     ]
 
@@ -198,8 +201,6 @@ def _sorts(results: Results) -> list[str]:
 def _exhaustive(results: Results) -> list[str]:
     ratios = []
     for row in results.rows("figure5", method="brute"):
-        if int(row["particles"]) not in results.sizes:
-            continue
         best = one(results.tables["figure5"], search="trimmed", particles=int(row["particles"]))
         ratios.append((int(row["particles"]), float(row["build_us"]) / float(best["build_us"])))
     said = ", ".join(f"{ratio:.1f} at {spaced(size)}" for size, ratio in ratios)
