@@ -95,3 +95,11 @@ def test_a_column_that_is_not_there_is_told(measured: Path, tmp_path: Path) -> N
         with pytest.raises(Unfit, match=f"there is no column '{column}' in it"):
             Results.read(tmp_path)
         shutil.copy(measured / f"{name}.csv", tmp_path)
+
+
+def test_make_paper_runs_on_both_engines_and_makes_one_page() -> None:
+    words = ["make", "--dry-run", "--silent", "--old-file=build", "paper", "PAPER_FLAGS=--quick --rounds 1"]
+    done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True)
+    for backend in ("cpu", "cuda"):
+        assert f"octant paper --backend {backend} --quick --rounds 1 --out output/paper/{backend}" in done.stdout
+    assert "-m validation.paper $folders --page output/paper/paper.md" in done.stdout

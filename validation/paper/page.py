@@ -39,7 +39,7 @@ def page(runs: Sequence[Results], folder: Path) -> str:
         "# The paper, rerun",
         "",
         f"{PAPER}, is what octant's neighbor search is built on. `make paper` reruns its experiments and those it "
-        "leaves out, on the GPU "
+        "leaves out, on the CPU and on the GPU "
         "where there is one; this page and its figures are written from the CSV files (`python -m validation.paper "
         "FOLDER`). "
         "R is the influence radius; times are medians over rounds in turns, with the shortest and the longest in "
