@@ -61,9 +61,14 @@ bench-quick: build $(VENV)/.bench ## a minute of whole runs, results in output/b
 bench-gpu: build $(VENV)/.bench-gpu ## octant bench of every size beside OpenMM on this machine's GPU; results in output/bench-gpu/
 	$(VENV)/bin/python -m validation.bench.gpu
 
-paper: build ## experiments of the paper behind the octant search, on the GPU where there is one; tables, figures and verdict in output/paper/
-	$(TARGET)/release/octant paper --out output/paper
-	$(VENV)/bin/python -m validation.paper output/paper
+paper: build ## experiments of the paper behind the octant search, on the CPU and, where there is one, on the GPU; output/paper/paper.md (PAPER_FLAGS=--quick)
+	$(TARGET)/release/octant paper --backend cpu $(PAPER_FLAGS) --out output/paper/cpu
+	@set -e; folders=output/paper/cpu; \
+	if $(TARGET)/release/octant info | grep '^ *cuda device' >/dev/null; then \
+	  folders="$$folders output/paper/cuda"; \
+	  $(TARGET)/release/octant paper --backend cuda $(PAPER_FLAGS) --out output/paper/cuda; \
+	fi; \
+	$(VENV)/bin/python -m validation.paper $$folders --page output/paper/paper.md
 
 stability: build ## stiff, extreme, overflowing and long scenes (1e6 steps) on every backend and precision; validation/stability.md
 	$(VENV)/bin/python -m validation.stability

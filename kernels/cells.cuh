@@ -36,7 +36,7 @@ __device__ __forceinline__ u32 number_of(u32 x, u32 y, u32 z, const u32 counts[3
 }
 
 // How many of `count` cells belong to the brick that begins at a cell.
-__device__ __forceinline__ u32 brick_at(u32 begin, u32 count) { return min(BRICK, count - begin); }
+__device__ __forceinline__ u32 brick_at(u32 begin, u32 count) { return min((u32)BRICK, count - begin); }
 
 // Place of a cell in the table: cells far apart may share one where the grid is mostly empty. Unless a curve is asked for, cells
 // follow each other brick by brick, X fastest, and so in a brick: what the whole device works on at a time then has few neighbors

@@ -37,46 +37,6 @@ __device__ void find_bounds(const Arrays& a, const Scene& s, const Run& r) {
 }
 #endif
 
-// Counts into first places: `counts` are set to zero on the way, `starts` gets one entry more. All blocks take part.
-__device__ void scan_counts(const Arrays& a, Run& r, u32* counts, u32* starts, u32 buckets) {
-    __shared__ u32 scratch[32];
-    const u32 share = ((buckets + gridDim.x - 1) / gridDim.x + blockDim.x - 1) / blockDim.x * blockDim.x;
-    const u64 begin = (u64)blockIdx.x * share;
-    const u64 end = begin + share < buckets ? begin + share : buckets;
-    u32 sum = 0;
-    for (u64 b = begin + threadIdx.x; b < end; b += blockDim.x) sum += counts[b];
-    sum = sum_block(sum, scratch);
-    if (threadIdx.x == 0) a.block_counts[blockIdx.x] = sum;
-    sync_grid(a, r);
-    u32 before = 0;
-    for (u32 b = threadIdx.x; b < blockIdx.x; b += blockDim.x) before += a.block_counts[b];
-    before = sum_block(before, scratch);
-    for (u64 first = begin; first < end; first += blockDim.x) {
-        const u64 b = first + threadIdx.x;
-        const u32 count = b < end ? counts[b] : 0;
-        u32 upto = count;
-        for (u32 d = 1; d < 32; d <<= 1) {
-            const u32 below = __shfl_up_sync(~0u, upto, d);
-            if ((threadIdx.x & 31) >= d) upto += below;
-        }
-        __syncthreads();
-        if ((threadIdx.x & 31) == 31) scratch[threadIdx.x >> 5] = upto;
-        __syncthreads();
-        u32 warps = 0, all = 0;
-        for (u32 w = 0; w < blockDim.x >> 5; w++) {
-            if (w < threadIdx.x >> 5) warps += scratch[w];
-            all += scratch[w];
-        }
-        if (b < end) {
-            starts[b] = before + warps + upto - count;
-            counts[b] = 0;
-        }
-        before += all;
-    }
-    if (THREAD == 0) starts[buckets] = r.n;
-    sync_grid(a, r);
-}
-
 // Whether what stands in place q comes before what stands in place p of the same bucket.
 __device__ __forceinline__ bool comes_before(const Arrays& a, u32 q, u32 p, u64 tie) {
 #ifdef FOLDED
@@ -86,8 +46,13 @@ __device__ __forceinline__ bool comes_before(const Arrays& a, u32 q, u32 p, u64 
     return a.dealt_tie[q] < tie;
 }
 
-// From buckets, ties and arrivals to the order of all particles: order[place] is the particle's place now.
-__device__ void order_particles(const Arrays& a, const Scene& s, Run& r, u32 buckets) {
+// Deals the particles out to their buckets.
+#ifdef RADIX
+__device__ void deal(const Arrays& a, const Scene& s, Run& r, u32 buckets) { deal_by_digits(a, s, r, buckets); }
+
+__device__ __forceinline__ void count(const Arrays&, u32) {}
+#else
+__device__ void deal(const Arrays& a, const Scene&, Run& r, u32 buckets) {
     scan_counts(a, r, a.counts, a.starts, buckets);
     for (u32 k = THREAD; k < r.n; k += THREADS) {
         const u32 to = a.starts[a.bucket[k]] + a.arrival[k];
@@ -95,6 +60,15 @@ __device__ void order_particles(const Arrays& a, const Scene& s, Run& r, u32 buc
         a.dealt_tie[to] = a.tie[k];
     }
     sync_grid(a, r);
+}
+
+// Counts a particle into its bucket.
+__device__ __forceinline__ void count(const Arrays& a, u32 k) { a.arrival[k] = atomicAdd(&a.counts[a.bucket[k]], 1u); }
+#endif
+
+// From buckets and ties to the order of all particles: order[place] is the particle's place now.
+__device__ void order_particles(const Arrays& a, const Scene& s, Run& r, u32 buckets) {
+    deal(a, s, r, buckets);
     for (u32 p = THREAD; p < r.n; p += THREADS) {
         const u32 k = a.dealt[p], bucket = a.bucket[k];
         const u32 first = a.starts[bucket], end = a.starts[bucket + 1];
@@ -105,9 +79,6 @@ __device__ void order_particles(const Arrays& a, const Scene& s, Run& r, u32 buc
     }
     sync_grid(a, r);
 }
-
-// Counts a particle into its bucket.
-__device__ __forceinline__ void count(const Arrays& a, u32 k) { a.arrival[k] = atomicAdd(&a.counts[a.bucket[k]], 1u); }
 
 // Where particle k, wrapped to p, is sorted to; returns whether the grid reaches there.
 __device__ __forceinline__ bool write_key(const Arrays& a, const Scene& s, const Run& r, u32 k, const Point& p) {

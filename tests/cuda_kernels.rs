@@ -46,6 +46,11 @@ fn scenes() -> Vec<Scene> {
     let curve: SearchPlan = "trimmed+zorder".parse().unwrap();
     add("along a curve".into(), program(&[2.5], 0.3, curve), melt(4));
     add("along a curve, folded".into(), program(&[2.5], 0.3, curve), gas(50, 1e4, Side::Periodic));
+    for name in ["standard+rows", "octant:2.52+radix", "trimmed+zorder+radix"] {
+        let plan: SearchPlan = name.parse().unwrap();
+        add(name.into(), program(&[2.5], 0.3, plan), melt(4));
+        add(format!("{name}, folded"), program(&[2.5], 0.3, plan), gas(50, 1e4, Side::Periodic));
+    }
     add("large".into(), program(&[2.5], 0.3, Search::Trimmed), gas(200_000, 60.0, Side::Periodic));
     add("middling".into(), program(&[2.5], 0.3, Search::Trimmed), gas(60_000, 40.0, Side::Periodic));
     add("wide skin".into(), program(&[2.5], 0.8, Search::Trimmed), gas(60_000, 40.0, Side::Periodic));

@@ -74,10 +74,9 @@ fn plans(octant: f64, standard: f64) -> Vec<SearchPlan> {
     Search::ALL.into_iter().map(Search::plan).chain(special).collect()
 }
 
-/// The searches whose particles are sorted by radix, which only the CPU engine does.
-fn by_radix(variant: &Variant, plans: Vec<SearchPlan>) -> Vec<SearchPlan> {
-    let on_cpu = variant.name.starts_with("cpu");
-    plans.into_iter().filter(|_| on_cpu).map(|plan| plan.with_sort(Sort::Radix)).collect()
+/// The searches with particles sorted by radix.
+fn by_radix(plans: Vec<SearchPlan>) -> Vec<SearchPlan> {
+    plans.into_iter().map(|plan| plan.with_sort(Sort::Radix)).collect()
 }
 
 /// A number of box heights that puts particles on faces, edges, corners and mid-planes often.
@@ -115,7 +114,7 @@ proptest! {
         }
         let (mut expected, mut ties) = oracle(&listed, &simulation_box, radius);
         let plans = plans(octant, standard);
-        for search in by_radix(&variant, plans.clone()).into_iter().chain(plans) {
+        for search in by_radix(plans.clone()).into_iter().chain(plans) {
             let (pairs, counts, listed) = searched(&variant, search, &cutoffs, &state, &simulation_box);
             if variant.precision == Precision::Single {
                 // Positions are rounded to what cells can tell, and cells depend on the search.
@@ -165,8 +164,8 @@ fn sorts_and_orders_of_cells_give_the_same_rows() {
             for name in ["trimmed", "octant:2.52", "midplane:4", "standard:0.5"] {
                 let plan: SearchPlan = name.parse().unwrap();
                 let (expected, ..) = searched(&variant, plan, &[0.8], &state, &space);
-                let curve = plan.with_order(CellOrder::Curve);
-                for search in [vec![curve], by_radix(&variant, vec![plan, curve])].concat() {
+                let [rows, curve] = [CellOrder::Rows, CellOrder::Curve].map(|order| plan.with_order(order));
+                for search in [vec![rows, curve], by_radix(vec![plan, curve])].concat() {
                     let (pairs, ..) = searched(&variant, search, &[0.8], &state, &space);
                     assert!(pairs == expected && pairs.len() > 10, "{} {search} {count}", variant.name);
                 }
@@ -176,17 +175,53 @@ fn sorts_and_orders_of_cells_give_the_same_rows() {
 }
 
 #[test]
-fn a_gpu_says_that_it_has_no_radix_sort() {
-    for variant in variants().into_iter().filter(|variant| !variant.name.starts_with("cpu")) {
-        let plan = "octant+radix".parse::<SearchPlan>().unwrap();
-        let space = free_or_periodic([0.0; 3], [9.0; 3], [true; 3]);
-        let refused = variant.backend(1).load(arc(program(&[2.5], 0.3, plan)), &points(9, 9.0), &space, 0);
-        let said = refused.unwrap_err().to_string();
-        assert_eq!(
-            said, "search 'octant+radix': the GPU engine has no radix sort, the CPU engine has",
-            "{}",
-            variant.name
-        );
+fn rows_of_cells_lie_as_the_paper_has_them() {
+    // 10 x 8 x 6 cells of edge R: X fastest, then Y, then Z.
+    let (radius, counts) = (1.3, [10.0, 8.0, 6.0]);
+    let edges = counts.map(|cells| cells * radius * 1.0001);
+    let space = free_or_periodic([0.0; 3], edges, [true; 3]);
+    let mut state = points(4000, 1.0);
+    state.x.iter_mut().for_each(|x| x.component_mul_assign(&Vec3::from(edges)));
+    let cell = |id: u32| {
+        let at = state.x[id as usize - 1];
+        let [x, y, z] = [0, 1, 2].map(|axis| (at[axis] / edges[axis] * counts[axis]) as u64);
+        (z * 8 + y) * 10 + x
+    };
+    for variant in variants() {
+        let mut backend = variant.backend(1);
+        let plan = Search::Standard.plan().with_order(CellOrder::Rows);
+        backend.load(arc(program(&[1.0], 0.3, plan)), &state, &space, 0).unwrap();
+        let _ = backend.set_up(Needs::default());
+        let order = backend.order().unwrap();
+        let cells: Vec<u64> = order.iter().map(|id| cell(*id)).collect();
+        assert!(cells.is_sorted() && order.len() == 4000, "{}", variant.name);
+    }
+}
+
+#[test]
+fn a_search_that_looks_to_some_sides_finds_what_lies_there() {
+    let (radius, cells) = (1.3, 5.0);
+    let edge = cells * radius * 1.0001;
+    let space = free_or_periodic([0.0; 3], [edge; 3], [true; 3]);
+    let state = points(600, edge);
+    let cell = |id: u32| state.x[id as usize - 1].map(|x| (x / edge * cells).floor() as i32);
+    for variant in variants() {
+        let (all, ..) = searched(&variant, Search::Standard, &[1.0], &state, &space);
+        for looks in [[[false; 2]; 3], [[false, true], [true; 2], [false; 2]], [[true, false], [false; 2], [true; 2]]] {
+            let plan = Search::Standard.plan().looking(looks);
+            let (pairs, ..) = searched(&variant, plan, &[1.0], &state, &space);
+            let looked_into = |(i, j, image): &(u32, u32, [i32; 3])| {
+                let (own, other) = (cell(*i), cell(*j));
+                (0..3).all(|axis| match other[axis] + image[axis] * cells as i32 - own[axis] {
+                    0 => true,
+                    -1 => looks[axis][0],
+                    1 => looks[axis][1],
+                    _ => false,
+                })
+            };
+            let expected: Pairs = all.iter().copied().filter(looked_into).collect();
+            assert!(pairs == expected && expected.len() > 100, "{} {looks:?}", variant.name);
+        }
     }
 }
 

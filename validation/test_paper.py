@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +11,7 @@ import pytest
 
 from validation.dumps import full_precision, read_dump
 from validation.lammps_runner import run_lammps
-from validation.octant_runner import ROOT, count_neighbors, run_octant
+from validation.octant_runner import ROOT, count_neighbors, find_binary, run_octant
 from validation.scripts import Script, command
 
 SCRIPTS = sorted((ROOT / "inputs" / "paper").glob("*.in"), key=lambda path: int(path.stem))
@@ -52,6 +54,46 @@ def test_searches_and_edges_find_the_same_neighbors() -> None:
     others = ["standard+zorder", "octant:2.52+radix", "trimmed+zorder+radix"]
     for search in [*octants, *standard, *others, "brute"]:
         assert (count_neighbors(path, search=search) == expected).all(), search
+
+
+@pytest.mark.parametrize("name", ["uniform", "liquid", "clustered", "dense"])
+def test_neighbors_in_every_distribution_are_those_of_lammps(name: str, distributions: Path, tmp_path: Path) -> None:
+    """Positions of the experiments, handed to LAMMPS; every search has found the counts that stand beside them."""
+    table = np.loadtxt(distributions / f"particles-{name}.csv", delimiter=",", skiprows=1)
+    with (distributions / "distributions.csv").open(encoding="utf-8", newline="") as file:
+        row = next(row for row in csv.DictReader(file) if row["distribution"] == name)
+    lengths = row["box"].split()
+    data = ["particles", "", f"{len(table)} atoms", "1 atom types", ""]
+    data += [f"0 {length} {axis}lo {axis}hi" for axis, length in zip("xyz", lengths, strict=True)]
+    data += ["", "Atoms", "", *(f"{int(k)} 1 {x!r} {y!r} {z!r}" for k, x, y, z, _ in table.tolist())]
+    (tmp_path / "particles.data").write_text("\n".join(data) + "\n", encoding="utf-8")
+    side = "p" if name == "liquid" else "f"
+    script = Script(
+        (
+            "units lj",
+            f"boundary {side} {side} {side}",
+            f"read_data {tmp_path / 'particles.data'}",
+            "mass 1 1.0",
+            "pair_style harmonic/cut",
+            f"pair_coeff 1 1 1.0 {row['radius']}",
+            "neighbor 0.0 bin",
+            "neigh_modify every 1 delay 0 check no one 10000 page 200000",
+            "run 0",
+        )
+    )
+    theirs = run_lammps(script.write(tmp_path / "lammps.in"), neighbors=True).neighbors
+    assert theirs is not None
+    ours = table[:, 4].astype(int)
+    assert (ours[: len(theirs)] == theirs).all() and ours.sum() > len(ours)
+    assert not ours[len(theirs) :].any()
+
+
+@pytest.fixture(scope="module")
+def distributions(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("distributions")
+    words = ["paper", "--quick", "--particles", "--backend", "cpu", "--rounds", "1", "--precision", "double", "--out", folder]
+    subprocess.run([find_binary(), *words], capture_output=True, check=True)
+    return folder
 
 
 @pytest.mark.parametrize("path", SCRIPTS[:5], ids=lambda path: path.stem)

@@ -71,7 +71,7 @@ pub(crate) struct Machine {
     pub device: String,
     pub driver: String,
     /// As the table of choices has it.
-    architecture: String,
+    pub architecture: String,
     /// Holds the device, so that no row has the driver's own start in it.
     _held: Box<dyn Backend>,
 }

@@ -96,7 +96,7 @@ struct NeighborArgs {
     backend: BackendArg,
     /// Neighbor search, NAME or NAME:EDGE with the edge of its cells in neighbor cutoffs; all give the same pairs. NAME: trimmed,
     /// octant (edges of at least 2), midplane (octant, less cells that are out of reach), standard, brute. With +zorder cells lie
-    /// along a Z-order curve in memory, with +radix particles are sorted by radix (CPU).
+    /// along a Z-order curve in memory, with +rows row after row on a GPU too, with +radix particles are sorted by radix.
     #[arg(long, value_name = "NAME[:EDGE][+..]", default_value_t, value_parser = search)]
     search: SearchPlan,
     /// Count within this distance instead of each pair's cutoff plus skin.
@@ -118,7 +118,7 @@ Morillo et al. 2015, doi:10.2312/vriphys.20151339. Files in DIR, times as median
   stability.csv      growth of the energy against the timestep, second-order Euler beside velocity
                      Verlet: of a pair, where it is known, and of the particles, periodic or with walls
   figure4.csv        the search against adjacent cells with particles, one direction at a time
-  orders.csv         cells in rows or along a Z-order curve, sorted by counting or radix (CPU)
+  orders.csv         cells in rows or along a Z-order curve, sorted by counting or radix
   figure5.csv        list builds by search, edge of the cells and number of particles, with and
                      without the sort; distance tests, hit ratio, memory
   distributions.csv  the same for uniform, liquid, clustered and dense particles
@@ -138,6 +138,9 @@ struct PaperArgs {
     /// Numbers of particles of figure 5 [default: the paper's eight, 1000 to 200000; quick: 1000,5000].
     #[arg(long, value_name = "N,..", value_delimiter = ',', value_parser = size)]
     sizes: Option<Vec<usize>>,
+    /// Write the particles of each distribution too, with the neighbors of each (particles-uniform.csv and so on).
+    #[arg(long)]
+    particles: bool,
     /// Small sizes and short rounds: shows that everything works, in less than a minute.
     #[arg(long)]
     quick: bool,

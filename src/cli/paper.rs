@@ -1,5 +1,6 @@
 //! `octant paper`.
 
+use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
@@ -10,8 +11,9 @@ use crate::Error;
 use crate::bench::Ended;
 use crate::engine::Precision;
 use crate::output::{check_writable, write_csv};
-use crate::paper::{self, Experiment, Options, Row, Said, TABLE_1};
+use crate::paper::{self, Experiment, Listed, Options, Row, Said, TABLE_1};
 use crate::session::{self, Settings};
+use crate::system::Vec3;
 
 /// Sizes, rounds, seconds of a round and halvings of the timestep, in full and with `--quick`.
 const ROUNDS: usize = 5;
@@ -32,13 +34,10 @@ pub fn paper(args: PaperArgs) -> Result<ExitCode, Error> {
     let settings =
         Settings { precision: Precision::ALL[args.precision as usize], quiet: true, ..args.engine.settings() };
     settings.check()?;
-    let options = Options {
-        settings,
-        sizes: args.sizes.unwrap_or(sizes),
-        rounds: args.rounds.map_or(rounds, usize::from),
-        round_seconds,
-        halvings,
-    };
+    let mut sizes = args.sizes.unwrap_or(sizes);
+    let mut seen = HashSet::new();
+    sizes.retain(|size| seen.insert(*size));
+    let options = Options { settings, sizes, rounds: args.rounds.map_or(rounds, usize::from), round_seconds, halvings };
     let out = args.out.as_path();
     fs::create_dir_all(out).map_err(|e| Error::file(out, "cannot create the folder", e))?;
     for experiment in paper::experiments() {
@@ -46,28 +45,33 @@ pub fn paper(args: PaperArgs) -> Result<ExitCode, Error> {
         check_writable(&path).map_err(|m| Error::Unavailable(format!("--out {}: {m}", out.display())))?;
     }
     session::stop_on_interrupt(INTERRUPTED.into())?;
-    run(&options, out)
+    run(&options, args.particles, out)
 }
 
-fn run(options: &Options, out: &Path) -> Result<ExitCode, Error> {
+fn run(options: &Options, particles: bool, out: &Path) -> Result<ExitCode, Error> {
     let (mut current, mut rows, mut written): (Option<&Experiment>, Vec<Row>, _) = (None, Vec::new(), Ok(()));
     let ended = paper::run(options, &mut |said| match said {
         Said::Note(note) => {
             say!("{note}");
+            true
         }
         Said::Begin(experiment) => {
             say!("{}{}\n", if current.is_some() { "\n" } else { "" }, experiment.title);
             say!("{}", experiment.heads());
             (current, rows) = (Some(experiment), Vec::new());
+            true
         }
         Said::Row(row) => {
-            let Some(experiment) = current else { return };
+            let Some(experiment) = current else { return true };
             say!("{}", experiment.table_line(&row));
             rows.push(row);
             // Experiments that are cut off leave the rows so far.
-            if written.is_ok() {
-                written = write(experiment, out, &rows);
-            }
+            written = write(experiment, out, &rows);
+            written.is_ok()
+        }
+        Said::Particles(listed) => {
+            written = if particles { write_particles(&listed, out) } else { Ok(()) };
+            written.is_ok()
         }
     })?;
     written?;
@@ -82,4 +86,12 @@ fn write(experiment: &Experiment, out: &Path, rows: &[Row]) -> Result<(), Error>
     let heads: Vec<&str> = rows.first().map_or(Vec::new(), |row| row.iter().map(|(head, _)| *head).collect());
     let cells: Vec<Vec<String>> = rows.iter().map(|row| row.iter().map(|(_, cell)| cell.clone()).collect()).collect();
     write_csv(&out.join(experiment.name).with_extension("csv"), &heads, &cells)
+}
+
+fn write_particles(listed: &Listed, out: &Path) -> Result<(), Error> {
+    let of = |(id, (x, neighbors)): (usize, (&Vec3, &u32))| {
+        vec![(id + 1).to_string(), x.x.to_string(), x.y.to_string(), x.z.to_string(), neighbors.to_string()]
+    };
+    let rows: Vec<Vec<String>> = listed.x.iter().zip(&listed.neighbors).enumerate().map(of).collect();
+    write_csv(&out.join(format!("particles-{}.csv", listed.name)), &["id", "x", "y", "z", "neighbors"], &rows)
 }

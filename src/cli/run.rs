@@ -32,7 +32,7 @@ pub struct RunArgs {
     precision: PrecisionArg,
     /// Neighbor search, NAME or NAME:EDGE with the edge of its cells in neighbor cutoffs; all give the same pairs. NAME: trimmed,
     /// octant (edges of at least 2), midplane (octant, less cells that are out of reach), standard, brute. With +zorder cells lie
-    /// along a Z-order curve in memory, with +radix particles are sorted by radix (CPU).
+    /// along a Z-order curve in memory, with +rows row after row on a GPU too, with +radix particles are sorted by radix.
     #[arg(long, value_name = "NAME[:EDGE][+..]", default_value_t, value_parser = search)]
     search: SearchPlan,
     /// Log file.

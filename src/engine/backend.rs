@@ -157,6 +157,8 @@ pub trait Backend {
     }
     /// Those of them whose first particle's id is wanted.
     fn pairs_where(&self, wanted: &dyn Fn(u32) -> bool) -> Result<Vec<Pair>, Error>;
+    /// Ids of the particles in the order in which the last build laid them into memory.
+    fn order(&self) -> Result<Vec<u32>, Error>;
     /// Bytes held for particles and lists.
     fn bytes(&self) -> usize;
     /// Particles removed since [`Backend::load`] because they left through a fixed side.

@@ -20,8 +20,8 @@ pub enum Reach {
         /// None but the own cell for particles so near to its middle that nothing beyond is in reach.
         midplane: bool,
     },
-    /// All cells up to this many away on both sides (Green 2010).
-    Cells(i64),
+    /// All cells up to this many away, below and above (Green 2010).
+    Cells([i64; 2]),
 }
 
 /// The grid along one axis. Cell k covers `[lo + k edge, lo + (k + 1) edge)`.
@@ -56,6 +56,8 @@ pub struct AxisRequest {
     /// Neighbor cutoff R.
     pub radius: f64,
     pub plan: SearchPlan,
+    /// Whether there is a look below and above the own cell, if the search looks to both sides ([`SearchPlan::looking`]).
+    pub looks: [bool; 2],
     /// Most cells the axis may have (free axes: cells grow beyond that).
     pub most_cells: i64,
 }
@@ -89,7 +91,7 @@ impl Axis {
     /// short for octant cells, one cell and its images take their place. Cells of a free axis have the edge that was asked for,
     /// and the last one reaches beyond what is there.
     pub fn new(request: &AxisRequest) -> Self {
-        let AxisRequest { lo, hi, periodic, radius, plan, .. } = *request;
+        let AxisRequest { lo, hi, periodic, radius, plan, looks, .. } = *request;
         let length = hi - lo;
         // Binning errs by a few units in the last place of the coordinates; count that in cell edges of size R.
         let coordinate = lo.abs().max(hi.abs());
@@ -110,16 +112,17 @@ impl Axis {
         };
         let fits = !periodic || edge >= SearchPlan::OCTANT_EDGE * reach;
         let far = ((reach / edge).ceil() as i64).max(1);
-        let looks = match plan.search() {
+        let to_both = |far: i64| Reach::Cells(looks.map(|look| if look { far } else { 0 }));
+        let reaches = match plan.search() {
             Search::Trimmed if fits => Reach::Octant { trimmed: true, midplane: false },
             Search::Octant if fits => Reach::Octant { trimmed: false, midplane: false },
             Search::Midplane if fits => Reach::Octant { trimmed: false, midplane: true },
             // Beyond the ends of a free axis there is nothing to look into.
-            _ if !periodic => Reach::Cells(far.min(cells)),
-            _ => Reach::Cells(far),
+            _ if !periodic => to_both(far.min(cells)),
+            _ => to_both(far),
         };
-        let border = if looks == (Reach::Octant { trimmed: false, midplane: true }) { reach / edge } else { 1.0 };
-        Self { lo, edge, inverse_edge: 1.0 / edge, cells, periodic, reach: looks, border }
+        let border = if reaches == (Reach::Octant { trimmed: false, midplane: true }) { reach / edge } else { 1.0 };
+        Self { lo, edge, inverse_edge: 1.0 / edge, cells, periodic, reach: reaches, border }
     }
 
     /// Whether a particle at this coordinate finds its neighbors along the axis in its own cell.
@@ -143,7 +146,7 @@ impl Axis {
     pub fn reach_length(&self) -> f64 {
         let cells = match self.reach {
             Reach::Octant { .. } => 1,
-            Reach::Cells(m) => m,
+            Reach::Cells([below, above]) => below.max(above),
         };
         (cells + 1) as f64 * self.edge
     }
@@ -175,8 +178,8 @@ impl Axis {
                     (_, None) => look(own),
                 }
             }
-            Reach::Cells(m) => {
-                for neighbor in cell - m..=cell + m {
+            Reach::Cells([below, above]) => {
+                for neighbor in cell - below..=cell + above {
                     if let Some((cell, image)) = self.image_of(neighbor) {
                         look(Visit { cell, image, halves: BOTH_HALVES });
                     }
@@ -203,7 +206,15 @@ mod tests {
 
     fn axis(search: Search, edge: f64, length: f64, periodic: bool) -> Axis {
         let plan = search.with_edge(edge).unwrap();
-        Axis::new(&AxisRequest { lo: 0.3, hi: 0.3 + length, periodic, radius: R, plan, most_cells: 1 << 20 })
+        Axis::new(&AxisRequest {
+            lo: 0.3,
+            hi: 0.3 + length,
+            periodic,
+            radius: R,
+            plan,
+            looks: [true; 2],
+            most_cells: 1 << 20,
+        })
     }
 
     /// What a particle at x looks into: intervals of coordinates, periodic images undone.
@@ -268,7 +279,7 @@ mod tests {
             let periodic = axis(Search::Standard, edge, 23.436, true);
             assert_eq!(periodic.cells, (23.436 / free.edge).floor() as i64);
             for axis in [free, periodic] {
-                assert_eq!(axis.reach, Reach::Cells((1.0 / edge).ceil() as i64), "{edge}");
+                assert_eq!(axis.reach, Reach::Cells([(1.0 / edge).ceil() as i64; 2]), "{edge}");
             }
         }
     }
@@ -283,6 +294,7 @@ mod tests {
                     periodic,
                     radius: R,
                     plan: search.plan(),
+                    looks: [true; 2],
                     most_cells: 1 << 20,
                 };
                 let free = Axis::new(&request(false));
@@ -290,7 +302,7 @@ mod tests {
                 assert_eq!(free.locate(0.3).0, 0.0);
             }
             let periodic = axis(Search::Standard, 1.0, 0.5 * R, true);
-            assert_eq!((periodic.cells, periodic.reach), (1, Reach::Cells(3)));
+            assert_eq!((periodic.cells, periodic.reach), (1, Reach::Cells([3, 3])));
         }
     }
 }

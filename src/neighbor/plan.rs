@@ -41,6 +41,12 @@ impl Search {
         if edge >= least && edge.is_finite() {
             return Ok(SearchPlan { edge, ..self.plan() });
         }
+        if edge == f64::INFINITY {
+            return Err(format!(
+                "cells of the search '{}' have a finite edge, got {edge}; the search 'brute' has one cell",
+                self.name()
+            ));
+        }
         let why = match self {
             Search::Standard => "",
             _ => ": particles do not look into all cells around theirs, and smaller ones could hide a neighbor",
@@ -59,15 +65,17 @@ impl Search {
             Search::Standard => 1.0,
             Search::Brute => f64::INFINITY,
         };
-        SearchPlan { search: self, edge, order: CellOrder::default(), sort: Sort::default() }
+        SearchPlan { search: self, edge, order: CellOrder::default(), sort: Sort::default(), looks: [[true; 2]; 3] }
     }
 }
 
 /// In which order cells, and with them particles, lie in memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CellOrder {
-    /// Row after row, X fastest, then Y, then Z: equation 1 of the paper.
+    /// The engine's own: on the CPU row after row, on a GPU brick after brick of 2 x 2 x 2 cells.
     #[default]
+    Usual,
+    /// Row after row, X fastest, then Y, then Z: equation 1 of the paper.
     Rows,
     /// Along a Z-order curve (Morton order): the z-indexing that the paper turns down.
     Curve,
@@ -75,7 +83,7 @@ pub enum CellOrder {
 
 impl CellOrder {
     pub fn name(self) -> &'static str {
-        if self == CellOrder::Rows { "rows" } else { "zorder" }
+        ["usual", "rows", "zorder"][self as usize]
     }
 }
 
@@ -108,6 +116,7 @@ pub struct SearchPlan {
     edge: f64,
     order: CellOrder,
     sort: Sort,
+    looks: [[bool; 2]; 3],
 }
 
 impl SearchPlan {
@@ -129,6 +138,16 @@ impl SearchPlan {
 
     pub fn sort(&self) -> Sort {
         self.sort
+    }
+
+    /// Sides of the own cell, lower and upper along each axis, beyond which [`Search::Standard`] looks for neighbors.
+    pub fn looks(&self) -> [[bool; 2]; 3] {
+        self.looks
+    }
+
+    /// Looks beyond these sides alone. What comes out is no neighbor list, but tells what looking costs; it has no written form.
+    pub fn looking(self, looks: [[bool; 2]; 3]) -> Self {
+        Self { looks, ..self }
     }
 
     pub fn with_order(self, order: CellOrder) -> Self {
@@ -183,9 +202,10 @@ impl FromStr for SearchPlan {
         let (mut order, mut sort) = (CellOrder::default(), Sort::default());
         for word in rest.into_iter().flat_map(|rest| rest.split('+')) {
             match word {
+                "rows" => order = CellOrder::Rows,
                 "zorder" => order = CellOrder::Curve,
                 "radix" => sort = Sort::Radix,
-                _ => return Err(format!("expected 'zorder' or 'radix' after '+', got '{word}'")),
+                _ => return Err(format!("expected 'rows', 'zorder' or 'radix' after '+', got '{word}'")),
             }
         }
         let (name, edge) = match text.split_once(':') {
@@ -224,6 +244,7 @@ mod tests {
             "trimmed:3",
             "midplane:2",
             "trimmed+zorder",
+            "octant+rows",
             "octant:4+radix",
             "standard:2+zorder+radix",
         ] {
@@ -245,9 +266,11 @@ mod tests {
             );
         }
         assert!(error("standard:0").contains("at least 0.1 neighbor cutoffs, got 0"));
-        assert!(error("standard:NaN").contains("got NaN") && error("octant:inf").contains("got inf"));
+        assert!(error("standard:NaN").contains("got NaN"));
+        let said = "cells of the search 'octant' have a finite edge, got inf; the search 'brute' has one cell";
+        assert_eq!(error("octant:inf"), said);
         assert_eq!(error("brute:2"), "the search 'brute' has no cells");
-        assert_eq!(error("octant+quick"), "expected 'zorder' or 'radix' after '+', got 'quick'");
+        assert_eq!(error("octant+quick"), "expected 'rows', 'zorder' or 'radix' after '+', got 'quick'");
         assert_eq!(error("octant:wide"), "expected an edge in neighbor cutoffs, got 'wide'");
         assert_eq!(error("quick"), "expected a search, one of trimmed, octant, midplane, standard, brute, got 'quick'");
     }

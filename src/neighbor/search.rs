@@ -55,7 +55,8 @@ impl Grid {
             let periodic = simulation_box.periodic(axis);
             let (lo, hi) =
                 if periodic { (simulation_box.lo[axis], simulation_box.hi[axis]) } else { (low[axis], high[axis]) };
-            Axis::new(&AxisRequest { lo, hi, periodic, radius, plan, most_cells: MOST_CELLS })
+            let looks = plan.looks()[axis];
+            Axis::new(&AxisRequest { lo, hi, periodic, radius, plan, looks, most_cells: MOST_CELLS })
         });
         Self { axes, compact: plan.is_compact(), midplane: plan.search() == Search::Midplane, order: plan.order() }
     }
@@ -65,7 +66,7 @@ impl Grid {
     pub fn numbered(&self) -> [u64; 3] {
         let cells = self.axes.map(|axis| axis.cells as u64);
         match self.order {
-            CellOrder::Rows => cells,
+            CellOrder::Usual | CellOrder::Rows => cells,
             CellOrder::Curve => [cells.into_iter().max().unwrap_or(1).next_power_of_two(); 3],
         }
     }
@@ -102,7 +103,7 @@ impl Grid {
     pub fn hash(&self, cell: [i64; 3]) -> u64 {
         let cell = cell.map(|c| c as u64);
         match self.order {
-            CellOrder::Rows => row_major(cell, self.axes.map(|axis| axis.cells as u64)),
+            CellOrder::Usual | CellOrder::Rows => row_major(cell, self.axes.map(|axis| axis.cells as u64)),
             CellOrder::Curve => apart(cell[0]) | apart(cell[1]) << 1 | apart(cell[2]) << 2,
         }
     }

@@ -1,18 +1,19 @@
-//! Figure 4: time of the search against the number of adjacent cells that hold particles, one direction at a time.
+//! Figure 4: time of the search against the number of adjacent cells that it looks into, one direction at a time.
 //!
-//! The engine's standard search with cells of edge R/2 looks two cells far. Particles fill blocks of up to 3 x 3 x 3 cells, with the
-//! same load in each cell and two empty cells between blocks: so a particle of a block of n cells finds particles in its own cell and
-//! in exactly n - 1 others. Each looks up the same 125 cells, empty or not, which is part of the time at no adjacent cell.
+//! Particles stand still in a periodic box of cells of edge R with the same load in each. The engine's standard search with these
+//! cells in rows, as the paper has them, is told to look to some sides alone: what it finds is no neighbor list then.
 
 use super::experiment::{Experiment, Row};
 use super::measure::{Lab, time};
 use super::scenes::{self, Scene};
 use crate::bench::Halt;
-use crate::neighbor::Search;
+use crate::neighbor::{CellOrder, Search, SearchPlan};
+use crate::session::Settings;
 use crate::system::random::RanPark;
 use crate::system::{Side, SimulationBox, State, Vec3};
 
-/// Cells of a block along each axis: the own cell; one direction alone, X, Y, Z; then X, Y and Z in turn, each beside what is full.
+/// Cells looked into along each axis (two: the own and the upper one): the own cell; one direction alone, X, Y, Z; then X, Y and Z
+/// in turn, each beside what is full.
 const BLOCKS: [[usize; 3]; 11] = [
     [1, 1, 1],
     [2, 1, 1],
@@ -27,17 +28,14 @@ const BLOCKS: [[usize; 3]; 11] = [
     [3, 3, 3],
 ];
 
-/// Cells that the search looks far, and so the empty ones between blocks.
-const REACH: usize = 2;
-
 /// Particles of a cell: a warp of a GPU, and enough that tests weigh beside the cells that are looked up.
 const LOAD: usize = 32;
 
-/// Relative widening of the cells, so that the search cuts the box into these very cells: it asks for a little more than R/2 itself.
+/// Relative widening of the cells, so that the search cuts the box into these very cells: it asks for a little more than R itself.
 const WIDER: f64 = 1e-5;
 
-/// Cells with particles are a multiple of this, which all blocks divide: 27 times the cube of an even number.
-const LARGEST_BLOCK: usize = 27;
+/// Fewest cells along an axis: with fewer, one could be looked into in two of its images.
+const FEWEST: usize = 3;
 
 /// Most particles.
 const MOST: usize = 250_000;
@@ -46,7 +44,7 @@ const SEED: u32 = 4;
 
 pub static EXPERIMENT: Experiment = Experiment {
     name: "figure4",
-    title: "Figure 4: search against adjacent cells with particles, one direction at a time, microseconds a list (without the sort)",
+    title: "Figure 4: search against adjacent cells that are looked into, one direction at a time, microseconds a list (without the sort)",
     shown: &[
         "direction",
         "block",
@@ -60,23 +58,25 @@ pub static EXPERIMENT: Experiment = Experiment {
     ],
 };
 
-/// Every block, with about as many particles as the largest size.
+/// Every direction, with about as many particles as the largest size.
 pub fn run(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
-    let cells = cells_for(scenes::largest(sizes, MOST));
-    let scenes = BLOCKS.iter().map(|block| scene(*block, cells, lab)).collect::<Result<Vec<_>, _>>()?;
-    let search = Search::Standard.with_edge(1.0 / REACH as f64).expect("an edge that the search has");
-    let cases: Vec<_> = scenes.iter().map(|scene| (scene, search)).collect();
+    let scene = scene(cells_for(scenes::largest(sizes, MOST)), &lab.settings)?;
+    let cases: Vec<_> = BLOCKS.iter().map(|block| (&scene, looking(*block))).collect();
     let mut blocks = BLOCKS.iter();
     time(&cases, lab, &mut |scene, timed| {
-        let block = blocks.next().expect("a scene for each block");
+        let block = blocks.next().expect("a search for each");
         found(row(*block, scene, timed.cells(scene.state.len(), lab)));
     })
 }
 
-/// Cells that hold about so many particles.
+/// The search that looks into so many cells along each axis.
+fn looking(block: [usize; 3]) -> SearchPlan {
+    Search::Standard.plan().with_order(CellOrder::Rows).looking(block.map(|cells| [cells > 2, cells > 1]))
+}
+
+/// Cells along an axis of a cube that holds about so many particles.
 fn cells_for(particles: usize) -> usize {
-    let half = ((particles as f64 / (LOAD * LARGEST_BLOCK) as f64).cbrt() / 2.0).round() as usize;
-    LARGEST_BLOCK * (2 * half.max(1)).pow(3)
+    ((particles as f64 / LOAD as f64).cbrt().round() as usize).max(FEWEST)
 }
 
 fn row(block: [usize; 3], scene: &Scene, rest: Row) -> Row {
@@ -93,40 +93,22 @@ fn row(block: [usize; 3], scene: &Scene, rest: Row) -> Row {
     row
 }
 
-/// `cells` cells with particles, in blocks.
-fn scene(block: [usize; 3], cells: usize, lab: &Lab) -> Result<Scene, Halt> {
-    let counts = near_cube(cells / block.iter().product::<usize>());
-    let forces = scenes::uniform(2, 2.0, 0, &lab.settings)?;
-    let edge = forces.radius() / REACH as f64 * (1.0 + WIDER);
-    let period: [usize; 3] = block.map(|n| n + REACH);
-    let lengths = Vec3::from_fn(|axis, _| edge * (counts[axis] * period[axis]) as f64);
+/// A cube of cells, so many along each axis.
+fn scene(cells: usize, settings: &Settings) -> Result<Scene, Halt> {
+    let forces = scenes::uniform(2, 2.0, 0, settings)?;
+    let edge = forces.radius() * (1.0 + WIDER);
+    let lengths = Vec3::repeat(edge * cells as f64);
     let simulation_box = SimulationBox::new(Vec3::zeros(), lengths, [[Side::Periodic; 2]; 3]);
     let mut random = RanPark::new(SEED);
     let mut state = State::default();
-    for number in 0..counts.iter().product() {
-        let corner = unfold(number, counts);
-        for within in 0..block.iter().product() {
-            let within = unfold(within, block);
-            for _ in 0..LOAD {
-                let at = |axis: usize| (corner[axis] * period[axis] + within[axis]) as f64;
-                let x = Vec3::from_fn(|axis, _| edge * (at(axis) + random.uniform()));
-                state.push(state.len() as u32 + 1, 1, x);
-            }
+    for cell in 0..cells.pow(3) {
+        let corner = [cell % cells, cell / cells % cells, cell / cells.pow(2)];
+        for _ in 0..LOAD {
+            let x = Vec3::from_fn(|axis, _| edge * (corner[axis] as f64 + random.uniform()));
+            state.push(state.len() as u32 + 1, 1, x);
         }
     }
-    Ok(forces.with("blocks", state, simulation_box))
-}
-
-/// Places along the axes of number `k` of a block, X fastest.
-fn unfold(k: usize, [x, y, _]: [usize; 3]) -> [usize; 3] {
-    [k % x, k / x % y, k / x / y]
-}
-
-/// Three factors of a number, as near to each other as there are.
-fn near_cube(number: usize) -> [usize; 3] {
-    let divisors = |n: usize| (1..=n).filter(move |d| n.is_multiple_of(*d));
-    let all = divisors(number).flat_map(|x| divisors(number / x).map(move |y| [x, y, number / x / y]));
-    all.filter(|[x, y, z]| x <= y && y <= z).min_by_key(|[x, _, z]| z - x).expect("1, 1 and itself")
+    Ok(forces.with("loaded", state, simulation_box))
 }
 
 #[cfg(test)]
@@ -134,17 +116,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_blocks_fill_as_many_cells() {
-        for particles in [0, 6_000, 60_000, 186_624, 250_000] {
+    fn cells_are_the_searches_own_and_equally_full() {
+        for particles in [0, 6_000, 60_000, MOST] {
             let cells = cells_for(particles);
-            assert!(BLOCKS.iter().all(|block| cells.is_multiple_of(block.iter().product())), "{cells}");
+            assert!(cells == FEWEST || (cells.pow(3) * LOAD) as f64 / particles as f64 - 1.0 < 0.2, "{cells}");
         }
-        assert_eq!(cells_for(186_624) * LOAD, 186_624);
-        assert_eq!((near_cube(216), near_cube(12), near_cube(7)), ([6, 6, 6], [2, 2, 3], [1, 1, 7]));
-        // A box narrower than the search looks would have particles find images of their own block.
+        let settings = Settings { threads: 1, ..Settings::default() };
+        let scene = scene(4, &settings).ok().expect("the scene is set up");
         for block in BLOCKS {
-            let counts = near_cube(cells_for(0) / block.iter().product::<usize>());
-            assert!(counts.iter().zip(block).all(|(count, n)| count * (n + REACH) > 2 * REACH));
+            let tested = scene.set_up(looking(block), &settings).expect("an engine").work().distance_tests_per_atom;
+            assert_eq!(tested, (block.iter().product::<usize>() * LOAD) as f64, "{block:?}");
         }
     }
 }

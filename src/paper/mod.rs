@@ -10,13 +10,15 @@ mod searches;
 mod stability;
 mod table1;
 
+use std::cell::Cell;
+
 use crate::Error;
 use crate::bench::{Ended, Halt, Machine};
 use crate::session::Settings;
 pub use experiment::{Experiment, Row};
 use measure::Lab;
 pub use orders::SEARCHES as ORDERED;
-pub use searches::{EXHAUSTIVE, SEARCHES};
+pub use searches::{EXHAUSTIVE, Listed, SEARCHES};
 pub use table1::{Published, TABLE_1, expected_neighbors};
 
 /// What to measure and how.
@@ -42,6 +44,8 @@ pub enum Said {
     Begin(&'static Experiment),
     /// A row of the experiment that began last.
     Row(Row),
+    /// Particles that lists were built of.
+    Particles(Listed),
 }
 
 /// The experiments, in the order in which they are run.
@@ -57,19 +61,25 @@ pub fn experiments() -> [&'static Experiment; 7] {
     ]
 }
 
-/// Runs all experiments; `say` gets every row as soon as it is there. An error where the engine cannot be had or fails, or where two
+/// Runs all experiments; `say` gets every row as soon as it is there, and returns whether to go on. An error where the engine cannot be had or fails, or where two
 /// searches find different numbers of neighbors.
-pub fn run(options: &Options, say: &mut dyn FnMut(Said)) -> Result<Ended, Error> {
+pub fn run(options: &Options, say: &mut dyn FnMut(Said) -> bool) -> Result<Ended, Error> {
     options.settings.check()?;
     let (machine, note) = Machine::new(&options.settings)?;
     if let Some(note) = note {
         say(Said::Note(note));
     }
     let Options { rounds, round_seconds, halvings, .. } = *options;
-    let lab = Lab { settings: options.settings.clone(), machine, rounds, round_seconds, halvings };
+    let broken = Cell::new(false);
+    let lab = Lab { settings: options.settings.clone(), machine, rounds, round_seconds, halvings, broken };
     for experiment in experiments() {
+        let mut listed = Vec::new();
         say(Said::Begin(experiment));
-        let found = &mut |row| say(Said::Row(row));
+        let found = &mut |row| {
+            if !say(Said::Row(row)) {
+                lab.broken.set(true);
+            }
+        };
         let ran = match experiment.name {
             "table1" => table1::run(&lab, found),
             "later" => later::run(&options.sizes, &lab, found),
@@ -77,10 +87,10 @@ pub fn run(options: &Options, say: &mut dyn FnMut(Said)) -> Result<Ended, Error>
             "orders" => orders::run(&options.sizes, &lab, found),
             "figure4" => figure4::run(&options.sizes, &lab, found),
             "figure5" => searches::by_size(&options.sizes, &lab, found),
-            _ => searches::by_distribution(&options.sizes, &lab, found),
+            _ => searches::by_distribution(&options.sizes, &lab, found).map(|all| listed = all),
         };
         match ran {
-            Ok(()) => {}
+            Ok(()) => listed.drain(..).for_each(|one| lab.broken.set(!say(Said::Particles(one)) || lab.broken.get())),
             Err(Halt::Interrupted) => return Ok(Ended::Interrupted),
             Err(Halt::Error(error)) => return Err(error),
         }

@@ -6,23 +6,28 @@ use super::measure::Lab;
 use super::scenes::{self, Scene};
 use super::searches::compare;
 use crate::bench::Halt;
-use crate::neighbor::{Cells, Grid, SearchPlan, Sort};
+use crate::neighbor::{CellOrder, SearchPlan};
 
-/// Each search with both orders and both sorts. The trimmed search has particles along a curve inside each octant, the others not.
-pub const SEARCHES: [&str; 16] = [
+/// Each search with both orders and both sorts, and with rows where these are not usual. The trimmed search has particles along a curve
+/// inside each octant, the others not.
+pub const SEARCHES: [&str; 20] = [
     "standard",
+    "standard+rows",
     "standard+zorder",
     "standard+radix",
     "standard+zorder+radix",
     "standard:2",
+    "standard:2+rows",
     "standard:2+zorder",
     "standard:2+radix",
     "standard:2+zorder+radix",
     "octant",
+    "octant+rows",
     "octant+zorder",
     "octant+radix",
     "octant+zorder+radix",
     "trimmed",
+    "trimmed+rows",
     "trimmed+zorder",
     "trimmed+radix",
     "trimmed+zorder+radix",
@@ -54,20 +59,19 @@ pub static EXPERIMENT: Experiment = Experiment {
     ],
 };
 
-/// The even distribution of each size; on an engine that has no radix sort, without it.
+/// The even distribution of each size; without rows by name where they are usual.
 pub fn run(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
-    let by_radix = |name: &&str| name.parse::<SearchPlan>().is_ok_and(|plan| plan.sort() == Sort::Radix);
-    let searches: Vec<&str> =
-        SEARCHES.into_iter().filter(|name| lab.machine.backend == "cpu" || !by_radix(name)).collect();
+    let has = |plan: SearchPlan| lab.on_gpu() || plan.order() != CellOrder::Rows;
+    let searches: Vec<&str> = SEARCHES.into_iter().filter(|name| name.parse().is_ok_and(has)).collect();
     let sizes: Vec<usize> = sizes.iter().copied().filter(|n| *n <= MOST).collect();
     for scene in scenes::by_size(&sizes, &lab.settings) {
         let scene = scene?;
         let pairs = pairs(&scene, lab)?;
+        let apart = searches.iter().map(|search| apart(&scene, search.parse().expect("a search"), &pairs, lab));
+        let mut apart = apart.collect::<Result<Vec<_>, _>>()?.into_iter();
         compare(&scene, &searches, lab, &mut |mut row| {
-            let search = row.iter().find(|(head, _)| *head == "search").map(|(_, name)| name.parse::<SearchPlan>());
-            let apart = search.and_then(Result::ok).map_or([0.0; 2], |plan| apart(&scene, plan, &pairs));
-            row.push(("apart", number(apart[0])));
-            row.push(("far_percent", number(apart[1])));
+            let [middle, far] = apart.next().expect("one for each search");
+            row.extend([("apart", number(middle)), ("far_percent", number(far))]);
             found(row);
         })?;
     }
@@ -76,7 +80,7 @@ pub fn run(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(),
 
 /// Neighbors of some particles that are spread evenly over the ids, as places in the state.
 fn pairs(scene: &Scene, lab: &Lab) -> Result<Vec<(usize, usize)>, Halt> {
-    let backend = scene.set_up(SearchPlan::default(), lab)?;
+    let backend = scene.set_up(SearchPlan::default(), &lab.settings)?;
     let every = scene.state.len().div_ceil(SAMPLE) as u32;
     let pairs = backend.pairs_where(&|id| id.is_multiple_of(every))?;
     // The script numbers particles from 1 in the order in which it makes them.
@@ -85,19 +89,14 @@ fn pairs(scene: &Scene, lab: &Lab) -> Result<Vec<(usize, usize)>, Halt> {
 
 /// How dispersed neighbors lie in memory: the middle of the numbers of particles from one to the other, and the percentage of
 /// pairs that have more than [`FAR`] between them.
-fn apart(scene: &Scene, plan: SearchPlan, pairs: &[(usize, usize)]) -> [f64; 2] {
-    let state = &scene.state;
-    let (low, high) = state.bounds();
-    let grid = Grid::new(plan, scene.simulation_box(), &low, &high, scene.radius());
-    let mut cells = Cells::default();
-    cells.build(&grid, plan.sort(), &state.x, &state.id);
-    let mut place = vec![0; state.len()];
-    for (to, from) in (0u32..).zip(cells.sources()) {
-        place[*from as usize] = to;
+fn apart(scene: &Scene, plan: SearchPlan, pairs: &[(usize, usize)], lab: &Lab) -> Result<[f64; 2], Halt> {
+    let mut place = vec![0; scene.state.len()];
+    for (to, id) in (0u32..).zip(scene.set_up(plan, &lab.settings)?.order()?) {
+        place[id as usize - 1] = to;
     }
     let mut between: Vec<u32> = pairs.iter().map(|(i, j)| u32::abs_diff(place[*i], place[*j])).collect();
     let (count, far) = (between.len().max(1), between.iter().filter(|n| **n > FAR).count());
     let middle = between.len() / 2;
     let median = if between.is_empty() { 0 } else { *between.select_nth_unstable(middle).1 };
-    [f64::from(median), 100.0 * far as f64 / count as f64]
+    Ok([f64::from(median), 100.0 * far as f64 / count as f64])
 }

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::measure::Lab;
 use super::table1::{Published, TABLE_1};
 use crate::Error;
 use crate::bench::{self, Halt};
@@ -61,8 +60,8 @@ impl Scene {
     }
 
     /// An engine that holds the particles and has built the first list with this search.
-    pub fn set_up(&self, search: SearchPlan, lab: &Lab) -> Result<Box<dyn Backend>, Error> {
-        let (mut backend, _) = lab.settings.engine()?;
+    pub fn set_up(&self, search: SearchPlan, settings: &Settings) -> Result<Box<dyn Backend>, Error> {
+        let (mut backend, _) = settings.engine()?;
         let program = Arc::new(Program { search, ..self.program.clone() });
         backend.load(program, &self.state, &self.simulation_box, 0)?;
         backend.set_up(Needs::default()).map_err(|stop| Error::Fault(stop.to_string()))?;

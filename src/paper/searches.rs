@@ -6,6 +6,7 @@ use super::scenes::{self, Scene};
 use crate::Error;
 use crate::bench::Halt;
 use crate::neighbor::SearchPlan;
+use crate::system::Vec3;
 
 /// What is compared: the paper's two searches with its three edges, the standard search with the edges that it is usually run with
 /// (R, R/2), which the paper leaves out, and octant's own two.
@@ -60,6 +61,14 @@ const SHOWN: [&str; 12] = [
     "build_ns_per_neighbor",
 ];
 
+/// Particles and the neighbors that all searches find of each.
+pub struct Listed {
+    /// Of the distribution.
+    pub name: &'static str,
+    pub x: Vec<Vec3>,
+    pub neighbors: Vec<u32>,
+}
+
 /// The even distribution with each of these numbers of particles.
 pub fn by_size(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
     for scene in scenes::by_size(sizes, &lab.settings) {
@@ -71,19 +80,23 @@ pub fn by_size(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result
 }
 
 /// All distributions with about as many particles as the largest size.
-pub fn by_distribution(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
+pub fn by_distribution(sizes: &[usize], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<Vec<Listed>, Halt> {
+    let mut listed = Vec::new();
     for scene in scenes::distributions(scenes::largest(sizes, MOST_DISTRIBUTED), &lab.settings)? {
-        compare(&scene, &SEARCHES, lab, found)?;
+        let neighbors = compare(&scene, &SEARCHES, lab, found)?;
+        listed.push(Listed { name: scene.name, x: scene.state.x, neighbors });
     }
-    Ok(())
+    Ok(listed)
 }
 
-/// Searches on a scene. An error where they find different numbers of neighbors.
-pub fn compare(scene: &Scene, searches: &[&str], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
+/// Searches on a scene; the neighbors of each particle. An error where they find different numbers of them.
+pub fn compare(scene: &Scene, searches: &[&str], lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<Vec<u32>, Halt> {
     let plan = |search: &&str| search.parse::<SearchPlan>().expect("a search");
     let cases: Vec<_> = searches.iter().map(|search| (scene, plan(search))).collect();
     let particles = scene.state.len();
-    let mut listed = Vec::new();
+    let mut first: Option<(SearchPlan, Vec<u32>)> = None;
+    let mut wrong = None;
+    let [x, y, z] = scene.simulation_box().lengths().into();
     time(&cases, lab, &mut |scene, timed| {
         let mut row: Row = vec![
             ("distribution", scene.name.into()),
@@ -91,24 +104,31 @@ pub fn compare(scene: &Scene, searches: &[&str], lab: &Lab, found: &mut dyn FnMu
             ("search", timed.search.to_string()),
             ("method", timed.search.search().name().into()),
             ("edge", timed.search.edge().to_string()),
-            ("order", timed.search.order().name().into()),
+            ("order", lab.order_name(timed.search.order()).into()),
             ("sort", timed.search.sort().name().into()),
+            ("radius", scene.radius().to_string()),
+            ("box", format!("{x} {y} {z}")),
         ];
         row.extend(timed.cells(particles, lab));
         found(row);
-        listed.push((timed.search, timed.listed));
+        match &first {
+            None => first = Some((timed.search, timed.counts)),
+            Some((search, counts)) => {
+                wrong = wrong.take().or_else(|| disagreement((search, counts), (&timed.search, &timed.counts)));
+            }
+        }
     })?;
-    match disagreement(&listed) {
-        None => Ok(()),
+    match wrong {
+        None => Ok(first.map_or(Vec::new(), |(_, counts)| counts)),
         Some(found) => Err(Error::Fault(format!("{}, {particles} particles: {found}", scene.name)).into()),
     }
 }
 
-/// Two searches that find different numbers of neighbors, in words.
-fn disagreement(listed: &[(SearchPlan, u64)]) -> Option<String> {
-    let pair = listed.windows(2).find(|pair| pair[0].1 != pair[1].1)?;
-    let [(first, m), (second, n)] = [pair[0], pair[1]];
-    Some(format!("'{first}' lists {m} neighbors, '{second}' {n}"))
+/// The first particle of which two searches find different numbers of neighbors, in words.
+fn disagreement(one: (&SearchPlan, &[u32]), other: (&SearchPlan, &[u32])) -> Option<String> {
+    let place = one.1.iter().zip(other.1).position(|(m, n)| m != n)?;
+    let (m, n) = (one.1[place], other.1[place]);
+    Some(format!("'{}' lists {m} neighbors of particle {}, '{}' {n}", one.0, place + 1, other.0))
 }
 
 #[cfg(test)]
@@ -117,12 +137,10 @@ mod tests {
 
     #[test]
     fn searches_that_disagree_are_named() {
-        let found = |counts: [u64; 3]| {
-            let searches = ["octant", "octant:4", "trimmed"].map(|search| search.parse().expect("a search"));
-            disagreement(&searches.into_iter().zip(counts).collect::<Vec<_>>())
-        };
-        assert_eq!(found([5, 5, 5]), None);
-        assert_eq!(found([5, 5, 4]).expect("two differ"), "'octant:4' lists 5 neighbors, 'trimmed' 4");
-        assert_eq!(found([6, 5, 5]).expect("two differ"), "'octant' lists 6 neighbors, 'octant:4' 5");
+        let [octant, trimmed] = ["octant:4", "trimmed"].map(|search| search.parse().expect("a search"));
+        assert_eq!(disagreement((&octant, &[5, 2]), (&trimmed, &[5, 2])), None);
+        // As many in all, but not of each.
+        let found = disagreement((&octant, &[5, 4, 3]), (&trimmed, &[5, 3, 4])).expect("two differ");
+        assert_eq!(found, "'octant:4' lists 4 neighbors of particle 2, 'trimmed' 3");
     }
 }

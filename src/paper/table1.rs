@@ -49,7 +49,7 @@ pub fn run(lab: &Lab, found: &mut dyn FnMut(Row)) -> Result<(), Halt> {
         let mut means = Vec::new();
         for round in 0..lab.rounds {
             let scene = scenes::uniform(particles, edge, round, &lab.settings)?;
-            let backend = scene.set_up(lab.settings.search, lab)?;
+            let backend = scene.set_up(lab.settings.search, &lab.settings)?;
             let counts = backend.neighbor_counts()?;
             means.push(counts.iter().map(|n| f64::from(*n)).sum::<f64>() / particles as f64);
             lab.check_interrupt()?;

@@ -32,6 +32,7 @@ class Scene:
     script: str
     variables: Mapping[str, int] = field(default_factory=dict)
     precisions: tuple[str, ...] = ("mixed", "single", "double")
+    search: str = "trimmed"
 
 
 SCENES = (
@@ -42,6 +43,7 @@ SCENES = (
     Scene("rows shorter than a row has threads", "validation/bundle/few.in"),
     Scene("shrinking sides", "inputs/slab.in", {"size": 4, "steps": 80}, ("mixed",)),
     Scene("walls and gravity", "validation/scenes/walls.in", {"steps": 60}),
+    Scene("sorted by radix", "inputs/melt.in", {"size": 4, "steps": 60}, ("mixed",), "octant:2.52+zorder+radix"),
     Scene("mostly empty", "inputs/dilute.in", {"size": 4, "steps": 100}, ("mixed",)),
 )
 
@@ -87,5 +89,5 @@ def run(
                 log = Path("sanitizer") / (re.sub(r"\W+", "-", name) + ".log")
                 variables = [word for key, value in scene.variables.items() for word in ("-v", f"{key}={value}")]
                 words = [sanitizer, "--tool", tool, "--error-exitcode", str(_FOUND), root / "bin" / "octant", "run"]
-                words += [root / scene.script, *variables, "--backend", "cuda", "--precision", precision]
+                words += [root / scene.script, *variables, "--backend", "cuda", "--precision", precision, "--search", scene.search]
                 yield judge(name, call(words, results / log, environment, LIMIT, scratch), str(log))

@@ -7,11 +7,12 @@ import sys
 from pathlib import Path
 
 from validation.paper import figures, page
+from validation.paper.layout import Unfit
 from validation.paper.results import Results
 
 
 def main() -> int:
-    """Parses the command line; exit 1 where a file is missing."""
+    """Parses the command line; exit 1 where a file is missing, or nothing of it is whole."""
     parser = argparse.ArgumentParser(prog="python -m validation.paper", description=__doc__)
     parser.add_argument(
         "folders",
@@ -29,7 +30,12 @@ def main() -> int:
         try:
             runs.append(Results.read(folder))
         except FileNotFoundError as error:
-            sys.exit(f"{error.filename}: there is no such file; `octant paper --out {folder}` writes it")
+            sys.exit(
+                f"{error.filename}: there is no such file; `octant paper --out {folder}` writes it, unless it is "
+                "interrupted or every size is beyond those of the experiment"
+            )
+        except Unfit as error:
+            sys.exit(f"{error}; `octant paper --out {folder}` writes it anew")
     written = [path for results in runs for path in figures.write(results)]
     verdict = arguments.page or arguments.folders[0] / "paper.md"
     page.write(runs, verdict)

@@ -12,11 +12,15 @@ matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter, NullLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
 from validation.markdown import spaced
-from validation.paper.results import Results, Row, one, place, where
+from validation.paper.dispersion import Fit, in_turn
+from validation.paper.edges import EDGES, GAIN, pairs
+from validation.paper.growth import stability
+from validation.paper.results import Results, Row, Time, by_radix, one, place, where
 
 #: Colors of Okabe and Ito, which people with color-blindness tell apart, and a marker for each search.
 METHODS = {
@@ -37,12 +41,14 @@ DASHES = {
     math.inf: "-",
 }
 
+#: Color and marker of an edge where only one search is shown.
+EDGE_LOOKS = {2.0: ("#D55E00", "o"), 2.52: ("#0072B2", "^"), 4.0: ("#009E73", "D")}
+
+#: Searches on octants, as the panels of figure 5 call them.
+OCTANTS = {"octant": "octant", "trimmed": "trimmed octant", "midplane": "octant, mid-plane"}
+
 #: Directions of figure 4 that a line of its own shows, each from the own cell on.
 DIRECTIONS = {"X": ("#D55E00", "o"), "Y": ("#0072B2", "s"), "Z": ("#009E73", "^")}
-
-
-#: Look of an integrator.
-INTEGRATORS = {"nve/euler2": ("#D55E00", "o", "second-order Euler"), "nve": ("#0072B2", "s", "velocity Verlet")}
 
 
 def write(results: Results) -> list[Path]:
@@ -70,51 +76,14 @@ def write(results: Results) -> list[Path]:
     return written
 
 
-def stability(rows: Sequence[Row]) -> Figure:
-    """Change of the energy a step against the timestep: a pair with its theory, then the particles of either force."""
-    figure, panels = plt.subplots(1, 3, figsize=(12, 4.2), layout="constrained", sharey=True)
-    pair = where(rows, system="pair")
-    known = sorted((float(row["omega_dt"]), float(row["expected"])) for row in where(pair, integrator="nve/euler2"))
-    panels[0].plot(*zip(*known, strict=True), color="0.6", lw=1, label="ln(1 + (ω dt)²/2)")
-    for integrator, (color, marker, name) in INTEGRATORS.items():
-        _rates(panels[0], where(pair, integrator=integrator), color=color, marker=marker, ls="none", label=name)
-    panels[0].set_title("a pair on springs", loc="left")
-    panels[0].set_xlabel("ω dt")
-    gas = where(rows, system="gas")
-    for panel, (force, title) in zip(panels[1:], (("spring", "F = k (R - r)"), ("inverse", "F = k / r")), strict=True):
-        for box, dashes, fill in (("periodic", "-", None), ("walls", ":", "none")):
-            for integrator, (color, marker, name) in INTEGRATORS.items():
-                line = where(gas, force=force, box=box, integrator=integrator)
-                look = {"color": color, "marker": marker, "ls": dashes, "label": f"{name}, {box}"}
-                _rates(panel, line, mfc=fill or color, **look)
-        panel.set_title(f"{gas[0]['particles']} particles, {title}", loc="left")
-        panel.set_xlabel("sqrt(k/m) dt, the largest being the paper's")
-    for panel, shown in zip(panels, (pair, gas, gas), strict=True):
-        panel.set_xscale("log")
-        panel.set_yscale("log")
-        _ticks(panel, sorted({float(row["omega_dt"]) for row in shown}), "{:.2g}".format)
-        panel.grid(color="0.92", lw=0.6)
-        panel.legend(frameon=False, fontsize=7, loc="lower right" if shown is gas else "center right")
-    panels[0].set_ylabel("|d ln E / d n|, relative change of the energy a step")
-    figure.suptitle(f"The paper's step: {place(rows)}", fontsize=9)
-    return figure
-
-
-def _rates(panel: Axes, rows: Sequence[Row], **look: object) -> None:
-    """Growth against the timestep, where some run lasted long enough to tell."""
-    points = sorted((float(row["omega_dt"]), abs(float(row["rate"]))) for row in rows if row["rate"])
-    panel.plot([x for x, _ in points], [y for _, y in points], ms=4, lw=1.1, **look)
-
-
-def _ticks(panel: Axes, places: Sequence[float], label: Callable[[float], str]) -> None:
-    """Marks of an axis of numbers that are what was measured at."""
-    panel.set_xticks(places, [label(at) for at in places])
+def _sizes(panel: Axes, rows: Sequence[Row]) -> None:
+    """An axis of numbers of particles, with marks at those that were measured: 1k, 200k, 10M."""
+    sizes = sorted({int(row["particles"]) for row in rows})
+    panel.set_xscale("log")
+    panel.set_xticks(sizes, [f"{n / 1e6:g}M" if n >= 1e6 else f"{n / 1e3:g}k" for n in sizes])
     panel.xaxis.set_minor_locator(NullLocator())
-
-
-def _count(particles: float) -> str:
-    """1k, 200k, 10M."""
-    return f"{particles / 1e6:g}M" if particles >= 1e6 else f"{particles / 1e3:g}k"
+    panel.tick_params(axis="x", labelrotation=45)
+    panel.set_xlabel("particles")
 
 
 def orders(rows: Sequence[Row]) -> Figure:
@@ -124,16 +93,18 @@ def orders(rows: Sequence[Row]) -> Figure:
     drawn = (
         ("list along a Z-order curve, over rows", {"order": "zorder", "sort": "counting"}, "list_us"),
         ("sort along a Z-order curve, over rows", {"order": "zorder", "sort": "counting"}, "sort_us"),
-        ("radix sort, over counting", {"order": "rows", "sort": "radix"}, "sort_us"),
+        ("radix sort, over counting", {"sort": "radix"}, "sort_us"),
     )
     for panel, (title, wanted, column) in zip(panels, drawn, strict=True):
         for method, edge in methods:
             color, marker = METHODS[method]
             of = where(rows, method=method, edge=edge)
-            points = []
-            for row in where(of, **wanted):
-                base = one(of, order="rows", sort="counting", particles=int(row["particles"]))
-                points.append((int(row["particles"]), float(row[column]) / float(base[column])))
+            if wanted == {"sort": "radix"}:
+                pairs = by_radix(of)
+            else:
+                base = {"order": "rows", "sort": "counting"}
+                pairs = [(row, one(of, particles=int(row["particles"]), **base)) for row in where(of, **wanted)]
+            points = [(int(row["particles"]), float(row[column]) / float(base[column])) for row, base in pairs]
             if points:
                 look = {"color": color, "marker": marker, "ls": DASHES[edge], "ms": 4, "lw": 1.1}
                 panel.plot(*zip(*sorted(points), strict=True), label=_name(method, edge), **look)
@@ -141,11 +112,8 @@ def orders(rows: Sequence[Row]) -> Figure:
         panel.axhline(1, color="0.6", lw=0.8, zorder=0)
         panel.set_title(title, loc="left", fontsize=9)
         panel.grid(color="0.92", lw=0.6)
-        panel.set_xlabel("particles")
         if measured:
-            panel.set_xscale("log")
-            _ticks(panel, sorted({int(row["particles"]) for row in rows}), _count)
-            panel.tick_params(axis="x", labelrotation=45)
+            _sizes(panel, rows)
             panel.legend(frameon=False, fontsize=7)
         else:
             panel.set_xticks([])
@@ -157,69 +125,99 @@ def orders(rows: Sequence[Row]) -> Figure:
 
 
 def figure_4(rows: Sequence[Row]) -> Figure:
-    """Time against adjacent cells: one direction alone on the left, X, Y and Z in turn on the right."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2), layout="constrained")
+    """Time against adjacent cells: one direction alone on the left, X, Y and Z in turn with the fitted line on the right."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.4), layout="constrained")
     own = [row for row in rows if row["direction"] == "own"]
     for direction, (color, marker) in DIRECTIONS.items():
         line = own + [row for row in rows if row["direction"] == direction]
         _line(left, line, "adjacent_cells", "list_us", color=color, marker=marker, label=direction)
     left.set_title("one direction alone", loc="left")
-    left.legend(frameon=False, loc="lower right")
     left.set_xticks([0, 1, 2])
-    in_turn = own + [row for row in rows if row["direction"] in ("X", "XY", "XYZ")]
-    _line(right, in_turn, "adjacent_cells", "list_us", color="#000000", marker="o")
-    # The first three are too near to each other to be named.
-    for row in in_turn[2:]:
-        at = (float(row["adjacent_cells"]), float(row["list_us"]))
-        right.annotate(row["block"], at, textcoords="offset points", xytext=(4, -10), fontsize=7, color="0.4")
-    right.set_title("X, then Y, then Z", loc="left")
+    turn = in_turn(rows)
+    _line(right, turn, "adjacent_cells", "list_us", color="#000000", marker="o", label="measured")
+    fit, ends = Fit.through(turn), [float(row["adjacent_cells"]) for row in (turn[0], turn[-1])]
+    label = f"fitted line, R² = {fit.squared:.3f}"
+    right.plot(ends, [fit.at(end) for end in ends], color="#D55E00", lw=1, ls=(0, (5, 2)), label=label)
+    # Beside the points they would lie on the line or beyond the axes.
+    above = right.secondary_xaxis("top")
+    above.set_xticks([float(row["adjacent_cells"]) for row in turn], [row["block"] for row in turn])
+    above.tick_params(labelsize=7, labelrotation=90, color="0.6", labelcolor="0.4")
+    above.spines["top"].set_visible(False)
+    right.set_title("X, then Y, then Z (above: cells along each axis)", loc="left")
     for panel in (left, right):
-        panel.set_xlabel(f"adjacent cells with {rows[0]['load']} particles each")
+        panel.set_xlabel(f"adjacent cells searched, {rows[0]['load']} particles each")
         panel.set_ylabel("µs a list, without the sort")
         panel.set_ylim(bottom=0)
         panel.grid(color="0.92", lw=0.6)
-    figure.suptitle(f"Figure 4: {rows[0]['particles']} particles, {place(rows)}", fontsize=9)
+        panel.legend(frameon=False, loc="lower right")
+    figure.suptitle(f"Figure 4: {spaced(int(rows[0]['particles']))} particles, {place(rows)}", fontsize=9)
     return figure
 
 
 def figure_5(rows: Sequence[Row]) -> Figure:
-    """Time against the number of particles: what the paper compares on the left, all on the right."""
-    figure, panels = plt.subplots(1, 2, figsize=(12, 5), layout="constrained", sharey=True)
-    published = {"standard": (2.0, 2.52, 4.0), "octant": (2.0, 2.52, 4.0)}
-    usual = {
-        "standard": (0.5, 1.0, 2.0),
-        "octant": (2.0,),
-        "trimmed": (2.0, 2.52, 4.0),
-        "midplane": (2.52, 4.0),
-        "brute": (math.inf,),
-    }
-    titles = ("the paper's searches and edges", "beside what it leaves out")
-    for panel, chosen, title in zip(panels, (published, usual), titles, strict=True):
-        for method, edges in chosen.items():
+    """Above what the paper compares, as times and as octant's gain, and standard's other edges; below the searches on octants."""
+    figure, ((times, gains, others), below) = plt.subplots(2, 3, figsize=(14, 8.4), layout="constrained")
+    for method in ("standard", "octant"):
+        for edge in EDGES:
             color, marker = METHODS[method]
-            for edge in edges:
-                line = [row for row in rows if row["method"] == method and float(row["edge"]) == edge]
-                look = {"color": color, "marker": marker, "ls": DASHES[edge], "label": _name(method, edge)}
-                _line(panel, line, "particles", "build_us", **look)
-        panel.set_xscale("log")
+            look = {"color": color, "marker": marker, "ls": DASHES[edge], "label": _name(method, edge)}
+            _line(times, where(rows, method=method, edge=edge), "particles", "build_us", **look)
+    times.set_yscale("log")
+    times.set_ylabel("µs a build, sort included")
+    times.set_title("the paper's searches and edges", loc="left")
+    _gains(gains, rows)
+    wide = [*(("standard", edge) for edge in (0.5, *EDGES)), ("brute", math.inf)]
+    shown = [(others, "standard, other edges; all pairs", wide)]
+    for panel, (method, title) in zip(below, OCTANTS.items(), strict=True):
+        shown.append((panel, title, [(method, edge) for edge in EDGES]))
+    for panel, title, searches in shown:
+        for method, edge in searches:
+            color, marker = EDGE_LOOKS[edge] if method in OCTANTS else METHODS[method]
+            look = {"color": color, "marker": marker, "ls": DASHES[edge], "label": _name(method, edge)}
+            found = pairs(rows, (method, edge), ("standard", 1.0), "build_us")
+            _bars(panel, {size: a.over(usual) for size, (a, usual) in found.items()}, **look)
+        panel.axhline(1, color="0.5", lw=1, zorder=0, label=_name("standard", 1.0))
         panel.set_yscale("log")
-        _ticks(panel, sorted({int(row["particles"]) for row in rows}), _count)
-        panel.set_xlabel("particles")
+        _plain(panel.yaxis, (1, 1.5, 2, 3, 5, 7))
         panel.set_title(title, loc="left")
+        panel.set_ylabel("time of a build over standard's with cells of R")
+    # One scale, so that the searches can be compared; that with all pairs is far beyond it.
+    limits = [limit for panel in below for limit in panel.get_ylim()]
+    for panel in below:
+        panel.set_ylim(min(limits), max(limits))
+    for panel in (times, gains, others, *below):
+        _sizes(panel, rows)
         panel.grid(color="0.92", lw=0.6)
         panel.legend(frameon=False, fontsize=7, handlelength=3.5)
-    panels[0].set_ylabel("µs a build, sort included")
     figure.suptitle(f"Figure 5: {place(rows)}", fontsize=9)
     return figure
+
+
+def _gains(panel: Axes, rows: Sequence[Row]) -> None:
+    """Octant over standard at equal edge, beside what the paper says it is."""
+    panel.axhspan(*GAIN, color="0.85", zorder=0, label=f"the paper: {GAIN[0]:g} to {GAIN[1]:g} %")
+    for column, what, filled in (("list_us", "list alone", True), ("build_us", "with the sort", False)):
+        for edge in EDGES:
+            color, marker = EDGE_LOOKS[edge]
+            found = pairs(rows, ("standard", edge), ("octant", edge), column)
+            percent = {
+                size: Time(*(100 * (by - 1) for by in (over.median, over.least, over.most)))
+                for size, over in ((size, standard.over(octant)) for size, (standard, octant) in found.items())
+            }
+            look = {"color": color, "marker": marker, "mfc": color if filled else "white", "ls": "-" if filled else ":"}
+            _bars(panel, percent, label=f"{edge:g} R, {what}", **look)
+    panel.axhline(0, color="0.6", lw=0.8, zorder=0)
+    panel.set_ylabel("octant faster than standard by, %")
+    panel.set_title("octant's gain at equal edge", loc="left")
 
 
 def distributions(rows: Sequence[Row]) -> Figure:
     """Time for each neighbor found, by search: of the list, and in gray with the sort; a panel a distribution."""
     names = list(dict.fromkeys(row["distribution"] for row in rows))
     figure, panels = plt.subplots(
-        1, len(names), figsize=(3.2 * len(names), 4.2), layout="constrained", sharex=True, sharey=True
+        1, len(names), figsize=(3.2 * len(names), 4.2), layout="constrained", sharex=True, sharey=True, squeeze=False
     )
-    for panel, name in zip(panels, names, strict=True):
+    for panel, name in zip(panels[0], names, strict=True):
         shown = where(rows, distribution=name)
         for row in shown:
             color, marker = METHODS[row["method"]]
@@ -227,13 +225,22 @@ def distributions(rows: Sequence[Row]) -> Figure:
             panel.plot(times, [row["search"]] * 2, color="0.7", lw=1.5, marker="|", zorder=1)
             panel.plot(times[:1], [row["search"]], color=color, marker=marker, ms=5)
         panel.set_xscale("log")
-        panel.xaxis.set_minor_formatter(NullFormatter())
-        panel.grid(axis="x", which="both", color="0.92", lw=0.6)
+        _plain(panel.xaxis, (1, 2, 5))
+        panel.tick_params(axis="x", labelsize=7, labelrotation=45)
+        panel.grid(axis="x", color="0.92", lw=0.6)
         panel.set_title(f"{name}: {spaced(int(shown[0]['particles']))} particles", loc="left", fontsize=9)
         panel.set_xlabel("ns a neighbor found (gray: with the sort)")
-    panels[0].invert_yaxis()
+    panels[0][0].invert_yaxis()
     figure.suptitle(f"List builds by distribution: {place(rows)}", fontsize=9)
     return figure
+
+
+def _plain(axis: Axis, marks: Sequence[float]) -> None:
+    """Marks of a logarithmic axis at these times powers of ten, as plain numbers: powers of ten alone are too few."""
+    axis.set_major_locator(LogLocator(subs=marks))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
+    axis.set_minor_locator(NullLocator())
 
 
 def _name(method: str, edge: float) -> str:
@@ -241,10 +248,14 @@ def _name(method: str, edge: float) -> str:
 
 
 def _line(panel: Axes, rows: Sequence[Row], x: str, y: str, **look: object) -> None:
+    """Medians of a column, with bars from least to most."""
+    _bars(panel, {float(row[x]): Time.of(row, y) for row in rows}, **look)
+
+
+def _bars(panel: Axes, points: dict[float, Time], **look: object) -> None:
     """Medians, with bars from least to most."""
-    points = sorted(rows, key=lambda row: float(row[x]))
-    medians = [float(row[y]) for row in points]
-    below = [median - float(row[f"{y}_least"]) for row, median in zip(points, medians, strict=True)]
-    above = [float(row[f"{y}_most"]) - median for row, median in zip(points, medians, strict=True)]
-    xs = [float(row[x]) for row in points]
-    panel.errorbar(xs, medians, [below, above], ms=4, lw=1.1, elinewidth=0.8, **look)
+    at = dict(sorted(points.items()))
+    below = [time.median - time.least for time in at.values()]
+    above = [time.most - time.median for time in at.values()]
+    medians = [time.median for time in at.values()]
+    panel.errorbar(list(at), medians, [below, above], ms=4, lw=1.1, elinewidth=0.8, **look)

@@ -10,7 +10,7 @@ from validation.markdown import number, spaced, table
 from validation.octant_runner import ROOT
 from validation.paper import claims, system
 from validation.paper.claims import Claim
-from validation.paper.results import Results, Time, one, where
+from validation.paper.results import Results, Time, by_radix, one, where
 
 PAPER = (
     "Morillo, Carmona, Perea and Cordero, *A More Efficient Parallel Method For Neighbour Search Using CUDA*, VRIPHYS "
@@ -39,7 +39,7 @@ def page(runs: Sequence[Results], folder: Path) -> str:
         "# The paper, rerun",
         "",
         f"{PAPER}, is what octant's neighbor search is built on. `make paper` reruns its experiments and those it "
-        "leaves out, on the GPU "
+        "leaves out, on the CPU and on the GPU "
         "where there is one; this page and its figures are written from the CSV files (`python -m validation.paper "
         "FOLDER`). "
         "R is the influence radius; times are medians over rounds in turns, with the shortest and the longest in "
@@ -110,15 +110,18 @@ def _noise(results: Results) -> list[str]:
     """What was noted of the run (``note.md`` in its folder), and how far the rounds of a time are apart."""
     times = [Time.of(row, "build_us") for row in results.tables["figure5"]]
     apart = sorted(100 * (time.most / time.least - 1) for time in times)
-    rounds = results.tables["figure5"][0]["rounds"]
+    rounds = int(results.tables["figure5"][0]["rounds"])
     note = results.folder / "note.md"
+    noise = (
+        f"The longest of {rounds} rounds is {apart[len(apart) // 2]:.0f} % longer than the shortest for half of the "
+        f"times of figure 5, {apart[-1]:.0f} % at worst"
+        + ("; differences that are smaller mean nothing." if apart[len(apart) // 2] > 10 else ".")
+    )
     return [
         *([note.read_text(encoding="utf-8").strip(), ""] if note.is_file() else []),
-        f"{results.sizes[0]:,} to {results.sizes[-1]:,} particles. ".replace(",", " ")
-        + f"The longest of {rounds} rounds is {apart[len(apart) // 2]:.0f} % longer than the shortest for half of the "
-        "times of figure 5, "
-        f"{apart[-1]:.0f} % at worst"
-        + ("; differences that are smaller mean nothing." if apart[len(apart) // 2] > 10 else "."),
+        *([" ".join(results.cut), ""] if results.cut else []),
+        f"{spaced(results.sizes[0])} to {spaced(results.sizes[-1])} particles. "
+        + (noise if rounds > 1 else "With one round each, nothing tells a difference from noise."),
         "",
     ]
 
@@ -172,17 +175,16 @@ def _sizes(results: Results) -> list[str]:
 
 def _sorts(results: Results) -> list[str]:
     rows = results.tables["orders"]
-    radix = where(rows, sort="radix", order="rows")
+    radix = by_radix(rows)
     if not radix:
-        return ["Sorting by radix is measured on the CPU; this engine sorts by counting.", ""]
+        return ["No sort by radix was measured here.", ""]
     cells: dict[str, list[str]] = {}
     ratios = []
-    for row in radix:
-        name = row["search"].removesuffix("+radix")
-        counting = one(rows, search=name, particles=int(row["particles"]))
+    for row, counting in radix:
+        name = counting["search"]
         ratios.append(float(row["sort_us"]) / float(counting["sort_us"]))
         cells.setdefault(name, []).append(f"{ratios[-1]:.2f}")
-    sizes = sorted({int(row["particles"]) for row in radix})
+    sizes = sorted({int(row["particles"]) for row, _ in radix})
     slower, middle = sum(ratio > 1 for ratio in ratios), sorted(ratios)[len(ratios) // 2]
     return [
         f"A radix sort, which the paper takes, over counting: slower in {slower} of {len(ratios)} cases, "
@@ -198,8 +200,6 @@ def _sorts(results: Results) -> list[str]:
 def _exhaustive(results: Results) -> list[str]:
     ratios = []
     for row in results.rows("figure5", method="brute"):
-        if int(row["particles"]) not in results.sizes:
-            continue
         best = one(results.tables["figure5"], search="trimmed", particles=int(row["particles"]))
         ratios.append((int(row["particles"]), float(row["build_us"]) / float(best["build_us"])))
     said = ", ".join(f"{ratio:.1f} at {spaced(size)}" for size, ratio in ratios)

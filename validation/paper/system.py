@@ -179,9 +179,8 @@ def _paper(rows: Sequence[Row]) -> list[str]:
         own = one(rows, force=force, box="walls", part=1.0, integrator=EULER)
         verlet = one(rows, force=force, box="walls", part=1.0, integrator=VERLET)
         text = (
-            f"- **The paper's run** with {formula} would have seen the energy {number(float(own['first_ratio']))} "
-            "times as large after "
-            f"its first step"
+            f"- **The paper's run** with {formula}, but for its gravity, which these runs leave out, would have seen the "
+            f"energy {number(float(own['first_ratio']))} times as large after its first step"
         )
         if own["rate"]:
             text += f", growing by {100 * math.expm1(float(own['rate'])):.0f} % a step until the first particle is lost"

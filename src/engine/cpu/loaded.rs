@@ -32,6 +32,7 @@ pub trait Loaded: Send + Sync {
     fn work(&self) -> Work;
     fn neighbor_counts(&self) -> Vec<u32>;
     fn pairs_where(&self, wanted: &dyn Fn(u32) -> bool) -> Vec<Pair>;
+    fn order(&self) -> Vec<u32>;
     fn bytes(&self) -> usize;
     fn lost(&self) -> usize;
     fn explain(&self) -> Vec<String>;
@@ -171,6 +172,10 @@ impl<M: Mode> Loaded for Engine<M> {
         });
         pairs.sort_unstable();
         pairs
+    }
+
+    fn order(&self) -> Vec<u32> {
+        self.held.id.clone()
     }
 
     fn bytes(&self) -> usize {

@@ -171,6 +171,10 @@ impl Backend for CpuBackend {
         Ok(self.loaded().pairs_where(wanted))
     }
 
+    fn order(&self) -> Result<Vec<u32>, Error> {
+        Ok(self.loaded().order())
+    }
+
     fn bytes(&self) -> usize {
         self.loaded().bytes()
     }

@@ -2,7 +2,7 @@
 
 #[cfg(doc)]
 use super::layout::RUNS;
-use super::layout::SUMS;
+use super::layout::{BLOCK, SUMS};
 use super::shape::Shape;
 
 /// What an array's length goes with.
@@ -61,7 +61,12 @@ pub fn arrays(shape: &Shape) -> Vec<Array> {
         // Of the sort.
         (true, "bucket", u32, Columns(1)),
         (true, "tie", u64, Columns(1)),
-        (true, "arrival", u32, Columns(1)),
+        (!shape.radix, "arrival", u32, Columns(1)),
+        // Before and after a digit is sorted by; how often each has its values, and where these go.
+        (shape.radix, "digit_bucket", u32, Columns(2)),
+        (shape.radix, "digit_particle", u32, Columns(2)),
+        (shape.radix, "digit_counts", u32, Blocks(BLOCK as usize + 1)),
+        (shape.radix, "digit_starts", u32, Blocks(BLOCK as usize + 1)),
         (true, "dealt", u32, Columns(1)),
         (true, "dealt_tie", u64, Columns(1)),
         (true, "order", u32, Columns(1)),

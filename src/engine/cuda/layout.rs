@@ -114,14 +114,14 @@ numbers! {
     /// Threads of a block; of the list build, where a warp has a part of the shared memory of its block, one of half of it.
     BLOCK = 256;
     LIST_BLOCK = 128;
+    /// Bits of a digit of the radix sort: a thread of a block for each value.
+    DIGIT_BITS = 8;
     /// The largest neighbor cutoff in units of the list build's matrix products: what lies around a group of particles fits well
     /// into numbers of half precision.
     TENSOR_REACH = 8;
     /// Runs of sorted particles that a short entry can name, and bits of the place in one.
     RUNS = 16;
     PLACE_BITS = 12;
-    /// Cells along the edge of a brick, in whose order cells follow each other.
-    BRICK = 2;
 }
 
 layout! {

@@ -34,7 +34,6 @@ use super::observer::{Needs, NeighborStatistics, Record, Sums};
 use super::precision::Precision;
 use super::program::Program;
 use crate::Error;
-use crate::neighbor::Sort;
 use crate::system::{SimulationBox, State};
 use compiler::{Compiler, Loading};
 use device::Device;
@@ -119,10 +118,6 @@ impl Backend for CudaBackend {
         simulation_box: &SimulationBox,
         step: i64,
     ) -> Result<(), Error> {
-        if program.search.sort() == Sort::Radix {
-            let text = format!("search '{}': the GPU engine has no radix sort, the CPU engine has", program.search);
-            return Err(Error::Unavailable(text));
-        }
         // What the last program held is given back first.
         self.engine = None;
         let (compiler, precision, tuning) = (self.compiler.clone(), self.precision, self.tuning);
@@ -204,6 +199,10 @@ impl Backend for CudaBackend {
 
     fn pairs_where(&self, wanted: &dyn Fn(u32) -> bool) -> Result<Vec<Pair>, Error> {
         self.engine().pairs_where(wanted).map_err(Error::Unavailable)
+    }
+
+    fn order(&self) -> Result<Vec<u32>, Error> {
+        self.engine().order().map_err(Error::Unavailable)
     }
 
     fn bytes(&self) -> usize {

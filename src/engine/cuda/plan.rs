@@ -272,7 +272,7 @@ impl Plan {
 fn looks_once(axis: &Axis) -> bool {
     match axis.reach {
         Reach::Octant { .. } => axis.cells >= 2,
-        Reach::Cells(m) => axis.cells > 2 * m,
+        Reach::Cells([below, above]) => axis.cells > below + above,
     }
 }
 
@@ -280,7 +280,7 @@ fn looks_once(axis: &Axis) -> bool {
 fn images_of(axis: &Axis) -> u32 {
     let cells = match axis.reach {
         Reach::Octant { .. } => 1,
-        Reach::Cells(m) => m,
+        Reach::Cells([below, above]) => below.max(above),
     };
     if axis.periodic { (cells as u64).div_ceil(axis.cells as u64).max(1) as u32 } else { 0 }
 }

@@ -2,7 +2,7 @@
 
 use crate::dynamics::{Fix, Phase};
 use crate::engine::{Precision, Program};
-use crate::neighbor::{CellOrder, OCTANTS, Search};
+use crate::neighbor::{CellOrder, OCTANTS, Search, Sort};
 use crate::system::{GROUP_ALL, SimulationBox};
 
 /// Everything that decides the text of the kernels.
@@ -33,6 +33,10 @@ pub struct Shape {
     pub folded: bool,
     /// Cells follow each other along a Z-order curve.
     pub curve: bool,
+    /// Cells along the edge of a brick, in whose order they follow each other elsewhere.
+    pub brick: u32,
+    /// Particles are sorted by radix.
+    pub radix: bool,
     pub compact: bool,
     /// Particles of an octant differ in the cells they look into.
     pub midplane: bool,
@@ -66,6 +70,10 @@ pub struct Shape {
     pub ahead: u32,
 }
 
+/// Cells along the edge of a brick where no other order is asked for: what the whole device works on at a time then has few
+/// neighbors beyond itself.
+const USUAL_BRICK: u32 = 2;
+
 impl Shape {
     /// What a program and its box decide; the rest (images, table, lanes) follows from the particles.
     pub fn new(program: &Program, simulation_box: &SimulationBox, precision: Precision) -> Self {
@@ -87,6 +95,8 @@ impl Shape {
             scaled: false,
             folded: false,
             curve: program.search.order() == CellOrder::Curve,
+            brick: if program.search.order() == CellOrder::Usual { USUAL_BRICK } else { 1 },
+            radix: program.search.sort() == Sort::Radix,
             compact: program.search.is_compact(),
             midplane: program.search.search() == Search::Midplane,
             octants: OCTANTS as u32 - 1,

@@ -22,6 +22,8 @@ const THERMOSTATS: Stage = ("kernels/thermostats.cuh", include_str!("../../../ke
 const SUMS: Stage = ("kernels/sums.cuh", include_str!("../../../kernels/sums.cuh"));
 const MOTION: Stage = ("kernels/motion.cuh", include_str!("../../../kernels/motion.cuh"));
 const CELLS: Stage = ("kernels/cells.cuh", include_str!("../../../kernels/cells.cuh"));
+const SCAN: Stage = ("kernels/scan.cuh", include_str!("../../../kernels/scan.cuh"));
+const RADIX: Stage = ("kernels/radix.cuh", include_str!("../../../kernels/radix.cuh"));
 const SORT: Stage = ("kernels/sort.cuh", include_str!("../../../kernels/sort.cuh"));
 const PRODUCTS: Stage = ("kernels/products.cuh", include_str!("../../../kernels/products.cuh"));
 const SEARCH: Stage = ("kernels/search.cuh", include_str!("../../../kernels/search.cuh"));
@@ -86,7 +88,7 @@ pub fn units(program: &Program, shape: &Shape) -> Vec<Unit> {
     let with_pairs = format!("{common}{}", pair_formulas(&program.pair, shape));
     vec![
         // Builds know nothing of the potential: scenes that differ in it alone share them.
-        unit(&["sort"], &common, &[CELLS, SORT, SORT_KERNEL]),
+        unit(&["sort"], &common, &[CELLS, SCAN, RADIX, SORT, SORT_KERNEL]),
         unit(&["list"], &common, &[CELLS, PRODUCTS, SEARCH, LIST_KERNEL]),
         unit(&["conclude"], &with_pairs, &[ROWS, FORCE, CONCLUDE]),
         unit(&["advance"], &with_pairs, &[ROWS, FORCE, ADVANCE]),
@@ -140,6 +142,7 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("DIVIDED", shape.octants as usize),
         ("PART_BITS", PART_BITS as usize),
         ("CELL_BITS", CELL_BITS as usize),
+        ("BRICK", shape.brick as usize),
         ("GROUP", shape.group as usize),
         ("SLICES", shape.slices as usize),
         ("BLOCKS_AT_LEAST", shape.blocks_at_least as usize),
@@ -153,6 +156,7 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("SCALED", shape.scaled),
         ("FOLDED", shape.folded),
         ("CURVE", shape.curve),
+        ("RADIX", shape.radix),
         ("SHORT", shape.short_entries),
         ("INNER", shape.inner),
         ("LASTING", shape.lasting),

@@ -153,6 +153,11 @@ impl Engine {
     }
 
     /// Pairs of the list whose first particle's id is wanted, sorted.
+    pub fn order(&self) -> Result<Vec<u32>, String> {
+        self.compiler.device.bind()?;
+        Ok(self.read_particles(false)?.id)
+    }
+
     pub fn pairs_where(&self, wanted: &dyn Fn(u32) -> bool) -> Result<Vec<Pair>, String> {
         self.compiler.device.bind()?;
         let held = self.read_particles(false)?;
