@@ -154,6 +154,36 @@ fn none_missing_among_few_is_no_advice() {
     assert!(front.iter().all(|row| row.last() != Some(&"front") || row[5] == "every 1 delay 0 check yes"), "{front:?}");
 }
 
+#[cfg(unix)]
+#[test]
+fn rows_stay_whether_lammps_is_found_or_not() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new("report-peer");
+    folder.write("scene.in", SCENE);
+    // It says that it has LAMMPS, and fails when it is asked to run.
+    folder.write("peer", "#!/bin/sh\ntest \"$3\" = ask || exit 3\necho 20250722\n");
+    let path = folder.0.join("peer");
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let command = "report scene.in --quick --backend cpu --threads 2 --precision mixed --dt 0.005 --out . --python";
+    folder.says(&format!("{command} ./peer"));
+    let peer = rows(&folder, "lammps.csv");
+    assert_eq!((peer.len(), peer[0]["version"].as_str()), (1, "20250722"));
+    assert!(!peer[0]["fault"].is_empty() && peer[0]["seconds_per_time"].is_empty(), "{peer:?}");
+    let before = folder.read("speeds.csv");
+    let said = folder.says(&format!("{command} none"));
+    assert!(said.contains(" rows are in . already\n") && !said.contains("measured anew"), "{said}");
+    assert_eq!((folder.read("speeds.csv"), rows(&folder, "lammps.csv")), (before.clone(), peer));
+    assert!(
+        folder.read("report.md").contains("20250722, as measured before; not asked again: none has no module lammps")
+    );
+    // Another version has a row of its own, and is the one that is shown.
+    folder.write("peer", "#!/bin/sh\ntest \"$3\" = ask || exit 3\necho 20260101\n");
+    folder.says(&format!("{command} ./peer"));
+    let versions: Vec<String> = rows(&folder, "lammps.csv").iter().map(|row| row["version"].clone()).collect();
+    assert_eq!((versions, folder.read("speeds.csv")), (vec!["20250722".into(), "20260101".into()], before));
+    assert!(folder.read("report.md").contains("| LAMMPS | 20260101, "));
+}
+
 #[test]
 fn wrong_words_and_scripts_are_refused() {
     let folder = Folder::new("report-wrong");

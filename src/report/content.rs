@@ -111,7 +111,7 @@ impl Facts<'_> {
         let missed = match own.lists() {
             Lists::Lack(part) => format!("instead of {} of those within the cutoff", short(part)),
             Lists::Unsure(most) => {
-                format!("for certain, where so far no more than {} of them is ruled out", short(most))
+                format!("for certain, where it is only known that it is fewer than {} of them", short(most))
             }
             Lists::Whole => String::new(),
         };

@@ -273,7 +273,8 @@ pub fn energies(
         };
         let (potential, pressure) = (blocked(&own.of(2)), blocked(&own.of(4)));
         // A line does not know that it goes through a walk: what lies about it is far less than what the walk does to its slope.
-        let rate = predicted.unwrap_or(0.0).max(walked.map_or(0.0, |w| w.0));
+        let clear = walked.filter(|(rate, error)| *rate > 2.0 * error).map_or(0.0, |(rate, _)| rate);
+        let rate = predicted.unwrap_or(0.0).max(clear);
         let by_walk = slope_of_walk(rate, steps as f64 * point.dt);
         Ok(vec![
             number(steps as f64 * point.dt),

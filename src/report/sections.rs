@@ -81,7 +81,7 @@ impl Facts<'_> {
              fast the variance of two energies grows from times between them of a fortieth of the run to those of an eighth, where the \
              integrator's own noise is forgotten within the shorter one (in quick studies it is not). A walk makes a drift too, which the scatter \
              about a line does not tell: the slope of a walk scatters by (6 D / 5 T)^(1/2) in a run of length T, which is part of the stated error \
-             (D measured or predicted, whichever is larger). Drifts of two runs differ by less than their errors unless something else drives them.",
+             (D predicted, or measured where that is clearly more). Drifts of two runs differ by less than their errors unless something else drives them.",
             short(self.plan.energy_time())
         )));
         charts::energy(self, blocks)
