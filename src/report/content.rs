@@ -67,9 +67,7 @@ impl Facts<'_> {
 
     /// Whether a point's energy drifts more than that, beyond the error of the drift.
     pub fn drifts(&self, point: &Found) -> bool {
-        let above =
-            |(drift, error): (f64, f64)| self.drift_limit().is_some_and(|limit| drift.abs() - 2.0 * error > limit);
-        point.drift.is_some_and(above)
+        self.drift_limit().is_some_and(|limit| point.drifts(limit))
     }
 
     /// The point that the script itself names, in the usual precision.

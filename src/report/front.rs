@@ -124,6 +124,11 @@ impl Found {
         self.fault.is_empty() && self.time.median > 0.0 && self.lists() == Lists::Whole
     }
 
+    /// Whether its energy drifts by more than a limit, beyond the error of the drift.
+    pub fn drifts(&self, limit: f64) -> bool {
+        self.drift.is_some_and(|(drift, error)| drift.abs() - 2.0 * error > limit)
+    }
+
     pub fn lists(&self) -> Lists {
         match (self.missing, self.missing_most) {
             (Some(part), _) if part > 0.0 => Lists::Lack(part),
@@ -287,6 +292,13 @@ mod tests {
         // Four per cent faster is no news; slower is what one may have to take.
         assert_eq!(better(&[point(9.6, 1.0, 0.0)], &own), None);
         assert_eq!(fastest(&[point(12.0, 1.0, 0.0), point(11.0, 1.0, 0.0)], &own), Some(&point(11.0, 1.0, 0.0)));
+    }
+
+    #[test]
+    fn drifts_count_beyond_their_errors() {
+        let drifting = |drift| point(1.0, 1.0, drift).drifts(0.5);
+        assert!(drifting(-0.71) && drifting(0.71) && !drifting(0.69));
+        assert!(!Found { drift: None, ..point(1.0, 1.0, 9.0) }.drifts(0.5));
     }
 
     #[test]

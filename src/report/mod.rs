@@ -7,6 +7,7 @@ mod cutoff;
 mod front;
 mod lammps;
 mod measure;
+mod pace;
 mod page;
 mod plan;
 mod point;

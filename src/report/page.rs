@@ -29,7 +29,7 @@ p,figure{max-width:60rem}h1{font-size:1.6rem}h2{font-size:1.25rem;margin-top:2.2
 .advice{font-size:1.1rem;padding:.8rem 1rem;background:#eef5fa;border-left:4px solid #0072b2}\
 .wide{overflow-x:auto}table{border-collapse:collapse;font-size:.85rem;margin:.8rem 0}th,td{padding:.2rem .55rem;border-bottom:1px solid #ddd;\
 text-align:left;vertical-align:bottom}td{vertical-align:top}td.t{min-width:24rem}\
-.many{font-size:.75rem}.many th,.many td{padding:.2rem .3rem}.n{text-align:right;font-variant-numeric:tabular-nums}th{border-bottom:2px solid #999}\
+.many{font-size:.75rem}.many th,.many td{padding:.2rem .3rem}td.n{white-space:nowrap}.n{text-align:right;font-variant-numeric:tabular-nums}th{border-bottom:2px solid #999}\
 figure{margin:1.2rem 0}figure svg{max-width:100%;height:auto}figcaption{font-size:.9rem;color:#555}";
 
 /// Writes `report.html`, `report.md` and the figures.
@@ -82,9 +82,11 @@ fn html_table(heads: &[String], rows: &[Vec<String>]) -> String {
         _ if cell.chars().count() > LONG => " class=\"t\"",
         _ => "",
     };
+    // Numbers stay on a line, but where there is little room ranges go below them; texts are broken where the page is narrow.
+    let broken =
+        |cell: &str| if heads.len() > MANY && is_number(cell) { cell.replace(" (", "<br>(") } else { cell.into() };
     let row = |tag: &str, cells: &[String]| {
-        let cell =
-            |(k, cell): (usize, &String)| format!("<{tag}{}>{}</{tag}>", class(k, cell), unbroken(&escaped(cell)));
+        let cell = |(k, cell): (usize, &String)| format!("<{tag}{}>{}</{tag}>", class(k, cell), broken(&escaped(cell)));
         format!("<tr>{}</tr>\n", cells.iter().enumerate().map(cell).collect::<String>())
     };
     let many = if heads.len() > MANY { " class=\"many\"" } else { "" };
@@ -95,11 +97,6 @@ fn html_table(heads: &[String], rows: &[Vec<String>]) -> String {
     }
     rows.iter().for_each(|cells| table += &row("td", cells));
     table + "</table></div>"
-}
-
-/// Numbers and their errors stay on a line; texts are broken where the page is narrow.
-fn unbroken(text: &str) -> String {
-    text.replace(" ± ", "\u{a0}±\u{a0}").replace(" to ", "\u{a0}to\u{a0}")
 }
 
 /// Columns from which on a table is set small.
@@ -147,6 +144,10 @@ mod tests {
             Block::Advice("do & be".into()),
             Block::Table(vec!["x".into(), "y|z".into()], vec![vec!["-1.5".into(), "2 words".into()]]),
             Block::Table(vec![String::new(), String::new()], vec![vec!["long".repeat(20), "3 (2.5 to 1e-3)".into()]]),
+            Block::Table(
+                (0..=MANY).map(|k| k.to_string()).collect(),
+                vec![(0..=MANY).map(|k| if k % 2 == 0 { "words".into() } else { "3 (2.5 to 1e-3)".into() }).collect()],
+            ),
             Block::Figure { name: "one".into(), svg: "<svg></svg>".into(), caption: "what".into() },
         ];
         let page = html(&blocks);
@@ -161,8 +162,8 @@ mod tests {
         }
         assert!(
             page.contains("<table>\n<tr><td class=\"t\">longlong")
-                && page.contains("<td class=\"n\">3 (2.5\u{a0}to\u{a0}1e-3)</td>")
-                && !page.contains("nowrap"),
+                && page.contains("<td class=\"n\">3 (2.5 to 1e-3)</td>")
+                && page.contains("<td>words</td><td class=\"n\">3<br>(2.5 to 1e-3)</td>"),
             "{page}"
         );
         let page = markdown(&blocks);

@@ -2,10 +2,11 @@
 
 use super::lammps::{self, Lammps};
 use super::measure::{self, Span};
+use super::pace::Pace;
 use super::point::{Integrator, Point, Potential, is_safe};
 use super::price;
 use super::store::Table;
-use super::study::{Pace, Study};
+use super::study::Study;
 use super::{Halt, Options};
 use crate::engine::Precision;
 use crate::neighbor::Policy;
