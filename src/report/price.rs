@@ -27,7 +27,7 @@ pub const OFF_AGAIN: &str = "all of these on, then off again";
 const OPEN: &str = "open along z, with room beyond";
 const LOSING: &str = "open along z, atoms that leave are lost";
 /// Room beyond an open side, cutoffs: more than an atom flies in a leg.
-const ROOM: f64 = 200.0;
+const ROOM: f64 = 100.0;
 const TWO_TYPES: &str = "two types";
 const CUTOFFS: &str = "a cutoff for each pair of types";
 /// Types are dealt out with this seed.
