@@ -35,7 +35,13 @@ fn a_study_has_page_tables_and_advice_and_goes_on_from_what_is_there() {
     // The page needs no other file, and its sentence is the one that was said.
     let (html, markdown) = (folder.read("made/here/report.html"), folder.read("made/here/report.md"));
     let advice = said.lines().rev().nth(1).unwrap();
-    assert!(["faster", "Stay with", "Take neigh_modify"].iter().any(|word| advice.contains(word)), "{advice}");
+    assert!(["faster than", "slower than", "as fast as"].iter().any(|word| advice.contains(word)), "{advice}");
+    // The script's lists lack pairs: what is advised instead, and what it costs.
+    assert!(
+        advice.starts_with("Take dt 0.005, ")
+            && advice.contains(", neigh_modify every 1 delay 0 check yes: 0 pairs missed instead of "),
+        "{advice}"
+    );
     assert!(markdown.contains(&format!("**{advice}**")) && html.contains("<p class=\"advice\">"), "{advice}");
     assert!(html.matches("<svg").count() >= 6 && !html.contains("src=") && !html.contains("<script"), "self-contained");
     assert!(!html.contains("NaN") && !markdown.contains("NaN"));
@@ -59,6 +65,12 @@ fn a_study_has_page_tables_and_advice_and_goes_on_from_what_is_there() {
     folder.write("scene.in", &SCENE.replace("2.4 87287", "2.4 87288"));
     let other = folder.says(&format!("{REPORT} --precision mixed --dt 0.004 --skin 0.4"));
     assert!(!other.contains("already"), "{other}");
+    let gone = other
+        .lines()
+        .find(|line| line.ends_with("they are measured anew"))
+        .expect("rows are not thrown away in silence");
+    assert!(gone.starts_with(&format!("{count} rows in made/here were measured with another ")), "{gone}");
+    assert!(gone.contains("dts, skins, melted, text of the script"), "{gone}");
     let rows = rows(&folder, "made/here/trajectories.csv");
     let steps: std::collections::BTreeSet<&str> = rows.iter().map(|row| row["dt"].as_str()).collect();
     assert_eq!(steps.into_iter().collect::<Vec<_>>(), ["0.004", "0.005"]);
@@ -123,6 +135,11 @@ fn check_energies(rows: &[Row]) {
     for row in rows.iter().filter(|row| row["integrator"] == "own") {
         assert!((-7.0..-2.0).contains(&number(row, "potential_energy")), "{row:?}");
         assert!(number(row, "pressure_error") > 0.0 && number(row, "drift_error") > 0.0);
+        if row["potential"] == "own" {
+            // The slope of the walk that is predicted is part of the error.
+            let walked = (1.2 * number(row, "walk_predicted") / number(row, "time")).sqrt();
+            assert!(walked > 0.0 && number(row, "drift_error") >= 0.999 * walked, "{row:?}");
+        }
         let (steps, time) = (number(row, "steps"), number(row, "time"));
         assert!((steps * number(row, "dt") / time - 1.0).abs() < 1e-6);
     }
@@ -173,8 +190,9 @@ fn check_prices(page: &str, rows: &[Row]) {
         "trajectory, text, every 50 steps",
         "two types",
         "two types, a cutoff for each pair of types",
-        "open along z, no walls",
-        "walls along z",
+        "open along z, with room beyond",
+        "open along z, atoms that leave are lost",
+        "walls along z in place of periods",
         "thermostat, fix langevin",
         "thermostat, fix nvt in place of nve",
         "all of these on, then off again",
@@ -192,6 +210,9 @@ fn check_prices(page: &str, rows: &[Row]) {
         let row = shown.iter().find(|row| row[0] == option).unwrap_or_else(|| panic!("{option} is not in {shown:?}"));
         let spread =
             |cell: &str| cell.split([' ', '(', ')']).filter_map(|word| word.parse().ok()).collect::<Vec<f64>>();
+        // A price tells what it is made of: builds, and atoms that are gone.
+        assert_eq!(!row[5].is_empty(), option.ends_with("are lost"), "{row:?}");
+        assert!(row[4].parse::<f64>().unwrap() > 0.0, "{row:?}");
         for cell in &row[1..3] {
             match &spread(cell)[..] {
                 // Nothing is its own base.
@@ -202,7 +223,7 @@ fn check_prices(page: &str, rows: &[Row]) {
         }
         let base = match option {
             "two types, a cutoff for each pair of types" => "two types",
-            "walls along z" => "open along z, no walls",
+            "open along z, atoms that leave are lost" => "open along z, with room beyond",
             _ => "the scene as it is",
         };
         assert_eq!(row[3], base);

@@ -174,6 +174,27 @@ pub fn pairs_at_cutoff(
     counts.into_iter().map(|count| count * scale).collect()
 }
 
+/// What the energy of the scene curves by, for each sampled atom: the sum of its second derivatives along the axes, U'' + 2 U' / r over all in
+/// reach, energy over length squared. The step of a force at the cutoff is no part of it.
+pub fn curvatures(pair: &PairTable, state: &State, simulation_box: &SimulationBox, ids: &[u32]) -> Vec<f64> {
+    // Of r: forces are exact to 1e-16, so a difference over it is to some 1e-9.
+    const STEP: f64 = 1e-6;
+    let around = Surroundings::new(state, simulation_box, pair.largest_cutoff());
+    let one = |place: usize| {
+        let mut sum = 0.0;
+        around.each(place, |other, d| {
+            let (i, j, r) = (state.kind[place] as usize - 1, state.kind[other] as usize - 1, d.norm());
+            let inside = r < pair.pairs[i * pair.types + j].cutoff;
+            let force = |r: f64| pair.evaluate(i, j, r).map_or(0.0, |value| value.force_over_r * r);
+            if inside && r > 0.0 {
+                sum -= (force(r) - force(r * (1.0 - STEP))) / (r * STEP) + 2.0 * force(r) / r;
+            }
+        });
+        sum
+    };
+    places(state, ids).into_par_iter().map(one).collect()
+}
+
 /// Where the sampled atoms stand in a state, in order of their ids.
 fn places(state: &State, ids: &[u32]) -> Vec<usize> {
     let mut places: Vec<usize> = (0..state.len()).filter(|k| ids.binary_search(&state.id[*k]).is_ok()).collect();
@@ -252,6 +273,19 @@ mod tests {
         // Nothing was given: the error is the force itself.
         let (rms, worst) = force_errors(&ids, &atoms, &state);
         assert!((rms - 1.0).abs() < 1e-12 && (worst - 1.5f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn curvatures_are_second_derivatives() {
+        let (pair, state, space) = pair_of(1.2);
+        let curved = curvatures(&pair, &state, &space, &sample(&state));
+        // 4 (156 r^-14 - 42 r^-8) + 2 / r 4 (-12 r^-13 + 6 r^-7)
+        let r = 1.2f64;
+        let expected = 4.0 * (132.0 * r.powi(-14) - 30.0 * r.powi(-8));
+        assert!(
+            (curved[0] / expected - 1.0).abs() < 1e-4 && curved[0] == curved[1] && curved[2] == 0.0,
+            "{curved:?} {expected}"
+        );
     }
 
     #[test]

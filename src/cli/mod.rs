@@ -152,6 +152,7 @@ struct PaperArgs {
 /// What `octant report --help` tells below the options.
 const REPORT_HELP: &str = "\
 The script is carried out first, without its files; the state at its end is studied, with its own fixes (thermostats replaced by nve).
+A lattice, whose net forces are zero by symmetry, is run on first.
 Measured for each precision, time step, skin, rebuild policy and integrator: wall time for a unit of simulated time; force errors
 against f64 sums over all pairs; distance from a trajectory in double precision at an eighth of the smallest step; drift and
 fluctuation of the energy, with and without the jump at the cutoff; pairs that the lists lack; averages with error bars; and the
@@ -173,7 +174,7 @@ struct ReportArgs {
     /// Skins, in the script's units [default: 0.06 to 0.36 of the cutoff, and the script's].
     #[arg(long, value_name = "S,..", value_delimiter = ',', value_parser = radius)]
     skin: Option<Vec<f64>>,
-    /// Potential energy per atom, pressure, that averages are compared with.
+    /// Potential energy per atom, pressure, that averages are compared with [default: variables reference_u, reference_p of the script].
     #[arg(long, value_name = "U=..,P=..", value_delimiter = ',', value_parser = reference)]
     reference: Vec<(String, f64)>,
     /// Few points and short runs: less than a minute for a small scene.

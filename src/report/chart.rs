@@ -36,12 +36,29 @@ pub enum Mark {
     Triangle,
     Square,
     Cross,
+    OpenDot,
+    OpenTriangle,
+    OpenSquare,
+    /// A stroke through another mark.
+    Struck,
     /// A circle around another mark.
     Ring,
     /// A square around another mark.
     Frame,
     /// A line alone.
     None,
+}
+
+impl Mark {
+    /// The same form, open and larger, so that another mark shows inside.
+    pub fn open(self) -> Self {
+        match self {
+            Self::Dot => Self::OpenDot,
+            Self::Triangle => Self::OpenTriangle,
+            Self::Square => Self::OpenSquare,
+            other => other,
+        }
+    }
 }
 
 /// Points that belong together.
@@ -184,6 +201,17 @@ where
         Mark::Triangle => area.draw(&TriangleMarker::new(at, 7, fill))?,
         Mark::Square => area.draw(&Rectangle::new([(x - 4, y - 4), (x + 5, y + 5)], fill))?,
         Mark::Cross => area.draw(&Cross::new(at, 5, series.color.stroke_width(2)))?,
+        Mark::OpenDot => area.draw(&Circle::new(at, 8, series.color.stroke_width(2)))?,
+        Mark::OpenTriangle => {
+            let corners = [(x, y - 11), (x + 10, y + 7), (x - 10, y + 7), (x, y - 11)];
+            area.draw(&PathElement::new(corners, series.color.stroke_width(2)))?;
+        }
+        Mark::OpenSquare => {
+            area.draw(&Rectangle::new([(x - 8, y - 8), (x + 9, y + 9)], series.color.stroke_width(2)))?;
+        }
+        Mark::Struck => {
+            area.draw(&PathElement::new([(x - 13, y + 13), (x + 13, y - 13)], series.color.stroke_width(2)))?;
+        }
         Mark::Ring => area.draw(&Circle::new(at, 9, series.color.stroke_width(2)))?,
         Mark::Frame => {
             let style = series.color.stroke_width(2);
@@ -241,14 +269,20 @@ mod tests {
             line: mark == Mark::Dot,
             points: points.to_vec(),
         };
-        let all = [Mark::Dot, Mark::Triangle, Mark::Square, Mark::Cross, Mark::Ring, Mark::Frame, Mark::None];
-        let series = all.map(|of| mark(of, &[(1.0, 1e-5), (2.0, 3e-4), (0.0, 1.0), (f64::NAN, 2.0)])).to_vec();
+        let open = [Mark::OpenDot, Mark::OpenTriangle, Mark::OpenSquare, Mark::Struck, Mark::None];
+        let all =
+            [Mark::Dot, Mark::Triangle, Mark::Square, Mark::Cross, Mark::Ring, Mark::Frame].into_iter().chain(open);
+        let series = all.map(|of| mark(of, &[(1.0, 1e-5), (2.0, 3e-4), (0.0, 1.0), (f64::NAN, 2.0)])).collect();
         let chart = Chart { title: "Title".into(), x: "time".into(), y: "error".into(), series };
         let svg = chart.svg().unwrap();
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{svg}");
         for word in ["Title", "time", "error", "Dot &lt;&amp;&gt;", "Cross"] {
             assert!(svg.contains(word), "{word} is not in {svg}");
         }
+        // Two of a mark and one in the legend; an open mark hides nothing.
+        let open =
+            svg.lines().filter(|line| line.starts_with("<circle") && line.contains("r=\"8\"")).collect::<Vec<_>>();
+        assert!(open.len() == 3 && open.iter().all(|line| line.contains("fill=\"none\"")), "{open:?}");
         assert!(!svg.contains("NaN") && !svg.contains("inf"));
         assert!(!chart.is_empty() && Chart { series: vec![mark(Mark::Dot, &[(0.0, 1.0)])], ..chart }.is_empty());
     }

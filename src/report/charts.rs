@@ -3,7 +3,7 @@
 use super::chart::{COLORS, Chart, Mark, Series};
 use super::content::Facts;
 use super::front::{Found, SAFE};
-use super::lammps::LAMMPS;
+use super::lammps;
 use super::measure::{ENERGIES, MISSING};
 use super::page::Block;
 use super::statistics::order as fitted;
@@ -31,7 +31,7 @@ pub fn work(facts: &Facts<'_>, points: &[Found], blocks: &mut Vec<Block>) -> Res
         [("own", "script's potential", "work"), ("force-shifted", "force-shifted potential", "work-shifted")]
     {
         let of: Vec<&Found> = points.iter().filter(|p| p.potential == potential && p.fault.is_empty()).collect();
-        let chart = |y: &str, value: &dyn Fn(&Found) -> Option<f64>, lammps: &str, joined: bool| {
+        let chart = |y: &str, value: &dyn Fn(&Found) -> Option<f64>, error: &str, joined: bool| {
             let at = |p: &&Found| value(p).map(|v| (p.time.median, v));
             let mut all: Vec<Series> = Vec::new();
             if let Some(own) = facts.own(points).filter(|own| own.potential == potential) {
@@ -41,13 +41,15 @@ pub fn work(facts: &Facts<'_>, points: &[Found], blocks: &mut Vec<Block>) -> Res
             let mut ringed: Vec<(f64, f64)> = of.iter().filter(front).filter_map(at).collect();
             ringed.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
             all.push(series("Pareto front", 6, Mark::Ring, joined, ringed));
+            let drifting = of.iter().filter(front).filter(|p| facts.drifts(p)).filter_map(at).collect();
+            all.push(series("front, but energy drifts", 3, Mark::Struck, false, drifting));
             for (name, color, mark) in PRECISIONS {
                 let own = |p: &&&Found| p.precision == name && p.integrator == "own" && p.is_sound();
                 all.push(series(name, color, mark, false, of.iter().filter(own).filter_map(at).collect()));
             }
             let lacking = |p: &&&Found| p.integrator == "own" && !p.is_sound();
             all.push(series(
-                "lists lack pairs",
+                "lists lack pairs, or may",
                 3,
                 Mark::Cross,
                 false,
@@ -56,8 +58,8 @@ pub fn work(facts: &Facts<'_>, points: &[Found], blocks: &mut Vec<Block>) -> Res
             let euler2 = |p: &&&Found| p.integrator != "own";
             all.push(series("nve/euler2", 5, Mark::Dot, false, of.iter().filter(euler2).filter_map(at).collect()));
             if potential == "own" {
-                let rows = facts.store.rows(&LAMMPS);
-                let peer = rows.filter_map(|row| row.number("seconds_per_time").zip(row.number(lammps)));
+                let rows = lammps::rows(facts.store);
+                let peer = rows.filter_map(|row| row.number("seconds_per_time").zip(row.number(error)));
                 all.push(series("LAMMPS (double, CPU)", 4, Mark::Square, false, peer.collect()));
             }
             Chart { title: format!("{y} against time, {title}"), x: x.clone(), y: y.into(), series: all }
@@ -96,6 +98,8 @@ pub fn order(facts: &Facts<'_>, blocks: &mut Vec<Block>) -> Result<(), String> {
             let rows = facts.trajectories(potential, integrator);
             let rows = rows.iter().filter(|row| row.text("precision") == precision);
             let points = rows.filter_map(|row| row.number("dt_used").zip(row.number("rms_error"))).collect();
+            // Errors of the two potentials are often the same: open marks stand around the others.
+            let mark = if potential == "own" { mark } else { mark.open() };
             all.push(series(&format!("{name}, {precision}"), color, mark, false, points));
         }
         let points = facts.convergence(potential, integrator);

@@ -2,7 +2,7 @@
 
 use super::Options;
 use super::charts;
-use super::front::{self, Found, SAFE};
+use super::front::{self, Found, Lists, SAFE};
 use super::lammps;
 use super::measure::{FORCES, TRAJECTORIES};
 use super::page::Block;
@@ -53,6 +53,23 @@ pub fn table(heads: &[&str], rows: Vec<Vec<String>>) -> Block {
 }
 
 impl Facts<'_> {
+    /// What averages are compared with: as the command line has it, or the script.
+    pub fn reference(&self, name: &str) -> Option<f64> {
+        let given = self.options.reference.iter().find(|(of, _)| of == name).map(|(_, value)| *value);
+        given.or_else(|| self.study.reference.iter().find(|(of, _)| *of == name).map(|(_, value)| *value))
+    }
+
+    /// A drift that spoils a run of a thousand of the fastest times, energy units a time unit: a hundredth of k T.
+    fn drift_limit(&self) -> Option<f64> {
+        let energy = 0.01 * self.study.program.units.boltzmann * self.study.temperature;
+        self.plan.fastest.map(|fastest| energy / (1000.0 * fastest)).filter(|limit| *limit > 0.0)
+    }
+
+    /// Whether a point's energy drifts more than that, beyond the error of the drift.
+    pub fn drifts(&self, point: &Found) -> bool {
+        self.drift_limit().is_some_and(|limit| point.drifts(limit))
+    }
+
     /// The point that the script itself names, in the usual precision.
     pub fn own<'a>(&self, points: &'a [Found]) -> Option<&'a Found> {
         let program = &self.study.program;
@@ -74,37 +91,40 @@ impl Facts<'_> {
         if !own.fault.is_empty() {
             return format!("The script's own settings do not hold in {usual} precision: {}.", own.fault);
         }
-        let settings = |p: &Found| {
-            let policy = if p.rebuild == own.rebuild { String::new() } else { format!(", neigh_modify {}", p.rebuild) };
-            format!("dt {}, {}, skin {}{policy}", p.dt, p.precision, p.skin)
-        };
-        let lacking = own.missing.filter(|missing| *missing > 0.0);
-        match (front::better(points, own), lacking) {
-            (Some(best), None) => format!(
-                "{}: same error, {:.1} times faster than the script's settings ({}).",
-                settings(best),
-                own.time.median / best.time.median,
-                settings(own)
-            ),
-            (Some(best), Some(missing)) => format!(
-                "{}: no more error, no pair missing, {:.1} times faster than the script's settings ({}), whose lists lack {} of \
-                 the pairs within the cutoff.",
-                settings(best),
-                own.time.median / best.time.median,
-                settings(own),
-                short(missing)
-            ),
-            (None, Some(missing)) => format!(
-                "Take neigh_modify {SAFE}: the lists of the script's settings ({}) lack {} of the pairs within the cutoff; \
-                 nothing measured that lacks none is faster by a twentieth at the same error.",
-                settings(own),
-                short(missing)
-            ),
-            (None, None) => format!(
-                "Stay with the script's settings ({}): nothing measured is faster by a twentieth at the same error.",
-                settings(own)
-            ),
+        let settings = |p: &Found| format!("dt {}, {}, skin {}, neigh_modify {}", p.dt, p.precision, p.skin, p.rebuild);
+        let own_settings = settings(own);
+        let times = |x: f64| format_g(x, 0, 2, false);
+        if own.lists() == Lists::Whole {
+            return match front::better(points, own) {
+                Some(best) => format!(
+                    "{}: same error, {} times faster than the script's settings ({own_settings}).",
+                    settings(best),
+                    times(best.faster(own).map_or(1.0, |f| f.0)),
+                ),
+                None => format!(
+                    "Stay with the script's settings ({own_settings}): no setting is measurably faster at the same error."
+                ),
+            };
         }
+        let missed = match own.lists() {
+            Lists::Lack(part) => format!("instead of {} of those within the cutoff", short(part)),
+            Lists::Unsure(most) => {
+                format!("for certain, where it is only known that it is fewer than {} of them", short(most))
+            }
+            Lists::Whole => String::new(),
+        };
+        let Some(best) = front::fastest(points, own) else {
+            return format!(
+                "Take neigh_modify {SAFE}: 0 pairs missed {missed} by the script's settings ({own_settings}); nothing was measured that \
+                 has its other errors."
+            );
+        };
+        let cost = match (best.faster(own), own.faster(best)) {
+            (Some((ratio, true)), _) => format!("{} times faster than", times(ratio)),
+            (_, Some((ratio, true))) => format!("{} times slower than", times(ratio)),
+            _ => "within the noise as fast as".into(),
+        };
+        format!("Take {}: 0 pairs missed {missed}, {cost} the script's settings ({own_settings}).", settings(best))
     }
 
     pub fn blocks(&self, points: &[Found]) -> Result<Vec<Block>, String> {
@@ -155,15 +175,21 @@ impl Facts<'_> {
             ("extent", if self.options.quick { "quick: few points, short runs".into() } else { "full".to_string() }),
         ];
         if let Some(fastest) = plan.fastest {
-            rows.push(("fastest time", format!("{}: 1 / w, w^2 = <F^2 / m> / (3 k T)", short(fastest))));
+            rows.push(("fastest time", format!("{}: {}", short(fastest), plan.pace)));
         }
-        let lammps = if self.no_lammps.is_empty() {
-            "measured on the same scene, on the CPU".into()
-        } else {
-            format!("not measured: {}", self.no_lammps)
+        let mut how: Vec<&str> =
+            lammps::rows(self.store).map(|row| row.text("how")).filter(|how| !how.is_empty()).collect();
+        how.sort_unstable();
+        how.dedup();
+        let version = lammps::rows(self.store).next().map_or("", |row| row.text("version"));
+        let lammps = match self.no_lammps {
+            "" => format!("{version}, on the same scene, on the CPU, with what is fastest there: {}", how.join("; ")),
+            why if version.is_empty() => format!("not measured: {why}"),
+            why => format!("{version}, as measured before; not asked again: {why}"),
         };
         rows.push(("LAMMPS", lammps));
         blocks.push(table(&["", ""], rows.into_iter().map(|(name, value)| vec![name.into(), value]).collect()));
+        blocks.extend(study.prepared.clone().map(Block::Text));
         if !study.thermostats.is_empty() {
             let styles = study.thermostats.join(", ");
             blocks.push(Block::Text(format!(
@@ -179,7 +205,7 @@ impl Facts<'_> {
         blocks.push(Block::Text(format!(
             "Every point is a way to run the scene. Its time is the median of {} rounds, list builds included. Its error is the RMS distance \
              of all atoms from a reference trajectory in double precision with dt {}, after a time of {}. Points that no other beats \
-             in both are ringed and joined, the script's own settings are framed; those whose lists lack pairs are on no front.",
+             in both are ringed and joined, the script's own settings are framed; those whose lists lack pairs, or may, are on no front.",
             plan.scale.rounds,
             short(plan.span.reference_dt),
             short(plan.span.time)
@@ -208,7 +234,11 @@ impl Facts<'_> {
                 with_error(p.drift.map(|d| d.0), p.drift.map(|d| d.1)),
                 maybe(p.force),
                 maybe(p.missing),
-                if p.front { "front".into() } else { "script's settings".into() },
+                match (p.front, self.drifts(p)) {
+                    (true, true) => "front, but drifts".into(),
+                    (true, false) => "front".into(),
+                    _ => "script's settings".into(),
+                },
             ]
         };
         let heads = [
@@ -227,6 +257,13 @@ impl Facts<'_> {
             "",
         ];
         blocks.push(table(&heads, own.into_iter().chain(front).map(row).collect()));
+        if points.iter().any(|p| p.front && self.drifts(p)) {
+            blocks.push(Block::Text(format!(
+                "A short trajectory does not show what an energy does in the long run: ringed points that are crossed out drift by more than \
+                 {} a time unit and atom, a hundredth of k T in a thousand of the scene's fastest times.",
+                short(self.drift_limit().unwrap_or(0.0))
+            )));
+        }
         let faults: Vec<Vec<String>> = points
             .iter()
             .filter(|p| !p.fault.is_empty())
@@ -254,7 +291,7 @@ impl Facts<'_> {
             let numbers = ["force_error_rms", "force_error_worst"].map(|column| maybe(row.number(column)));
             cells.into_iter().chain(numbers).chain([row.text("atoms").to_string()]).collect()
         });
-        let lammps = self.store.rows(&lammps::LAMMPS).next().map(|row| {
+        let lammps = lammps::rows(self.store).next().map(|row| {
             let numbers = ["force_error_rms", "force_error_worst"].map(|column| maybe(row.number(column)));
             [named("own"), "LAMMPS".to_string()].into_iter().chain(numbers).chain([String::new()]).collect()
         });

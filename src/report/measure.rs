@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 use serde_json::Value;
 
 use super::point::{Integrator, KEYS, Point, Potential};
-use super::statistics::{about_line, blocked, walk};
+use super::statistics::{about_line, blocked, slope_of_walk, walk};
 use super::store::Table;
 use super::study::Study;
 use crate::Error;
@@ -44,6 +44,22 @@ pub static ENERGIES: Table = Table {
         "walk_error",
         "walk_predicted",
         "temperature",
+        "potential_energy",
+        "potential_energy_error",
+        "pressure",
+        "pressure_error",
+        "fault",
+    ],
+};
+/// Averages with the script's thermostats.
+pub static AVERAGES: Table = Table {
+    name: "averages",
+    keys: &["precision", "dt"],
+    values: &[
+        "time",
+        "steps",
+        "temperature",
+        "temperature_error",
         "potential_energy",
         "potential_energy_error",
         "pressure",
@@ -90,7 +106,8 @@ pub fn forces(study: &Study, potential: Potential, precision: Precision) -> Resu
     let mut driven = study.begin(&Point { potential, policy: study.safe(), ..study.own(precision) })?;
     go(&mut driven, "run 0")?;
     let (rms, worst) = exact::force_errors(exact.ids, exact.atoms, driven.state());
-    Ok(vec![number(rms), number(worst), number(study.rms_force()?), exact.ids.len().to_string()])
+    let relative = |error: f64| if study.still { String::new() } else { number(error) };
+    Ok(vec![relative(rms), relative(worst), number(study.rms_force()?), exact.ids.len().to_string()])
 }
 
 /// Positions by id at the end of reference runs, worked out when they are first asked for.
@@ -167,18 +184,22 @@ struct Series(Vec<[f64; 5]>);
 impl Series {
     fn measure(study: &Study, point: &Point, shift: bool, time: f64, samples: u64) -> Result<(Self, u64), Halt> {
         let mut driven = study.begin(point)?;
-        let steps = (time / point.dt).round().max(samples as f64) as u64;
+        go(&mut driven, &study.truncation(shift))?;
+        Self::run(&mut driven, study, point.dt, time, samples)
+    }
+
+    fn run(driven: &mut Driven<'_>, study: &Study, dt: f64, time: f64, samples: u64) -> Result<(Self, u64), Halt> {
+        let steps = (time / dt).round().max(samples as f64) as u64;
         let every = (steps / samples).max(1);
-        let shift = if shift { "yes" } else { "no" };
         let steps = every * (steps / every);
-        go(&mut driven, &format!("pair_modify shift {shift}\nthermo {every}\nrun {steps}"))?;
+        go(driven, &format!("thermo {every}\nrun {steps}"))?;
         let first = study.melted().scene().step as f64;
         let value = |row: &serde_json::Map<String, Value>, name: &str| row.get(name).and_then(Value::as_f64);
         let rows = driven.take_thermo();
         let rows = rows.iter().filter_map(|row| {
             let [step, etotal, pe, temp, press] =
                 ["Step", "TotEng", "PotEng", "Temp", "Press"].map(|name| value(row, name));
-            Some([(step? - first) * point.dt, etotal?, pe?, temp?, press?])
+            Some([(step? - first) * dt, etotal?, pe?, temp?, press?])
         });
         let rows: Vec<_> = rows.collect();
         if rows.iter().flatten().any(|x| !x.is_finite()) {
@@ -194,6 +215,30 @@ impl Series {
     fn energies(&self) -> Vec<(f64, f64)> {
         self.0.iter().map(|row| (row[0], row[1])).collect()
     }
+}
+
+/// Averages of a scene with its thermostats on; the first part of the run is left to them.
+pub fn averages(study: &Study, precision: Precision, time: f64, samples: u64) -> Result<Vec<String>, Halt> {
+    const SETTLING: usize = 5;
+    let measured = || {
+        let point = Point { policy: study.safe(), ..study.own(precision) };
+        let (prepared, commands) = study.with_thermostats(&point).expect("this is measured of scenes with thermostats");
+        let mut driven = Driven::new(prepared, study.settings(precision))?;
+        go(&mut driven, &commands)?;
+        let (Series(mut rows), steps) = Series::run(&mut driven, study, point.dt, time, samples)?;
+        rows.drain(..rows.len() / SETTLING);
+        let kept = Series(rows);
+        let [potential, temperature, pressure] = [2, 3, 4].map(|column| blocked(&kept.of(column)));
+        let cells = [temperature, potential, pressure]
+            .into_iter()
+            .flat_map(|of| [maybe(of.map(|p| p.0)), maybe(of.map(|p| p.1))]);
+        Ok([number(steps as f64 * point.dt), steps.to_string()]
+            .into_iter()
+            .chain(cells)
+            .chain([String::new()])
+            .collect())
+    };
+    or_fault(&AVERAGES, measured())
 }
 
 /// How long the integrator's own noise of the energy is remembered, in the scene's fastest times: three of them are enough in a liquid.
@@ -227,15 +272,19 @@ pub fn energies(
             _ => None,
         };
         let (potential, pressure) = (blocked(&own.of(2)), blocked(&own.of(4)));
+        // A line does not know that it goes through a walk: what lies about it is far less than what the walk does to its slope.
+        let clear = walked.filter(|(rate, error)| *rate > 2.0 * error).map_or(0.0, |(rate, _)| rate);
+        let rate = predicted.unwrap_or(0.0).max(clear);
+        let by_walk = slope_of_walk(rate, steps as f64 * point.dt);
         Ok(vec![
             number(steps as f64 * point.dt),
             steps.to_string(),
             energies.len().to_string(),
             maybe(slope_bare.map(|s| s.0)),
-            maybe(slope_bare.map(|s| s.1)),
+            maybe(slope_bare.map(|s| s.1.hypot(by_walk))),
             number(about_line(&bare)),
             maybe(slope.map(|s| s.0)),
-            maybe(slope.map(|s| s.1)),
+            maybe(slope.map(|s| s.1.hypot(by_walk))),
             number(about_line(&energies)),
             maybe(walked.map(|w| w.0)),
             maybe(walked.map(|w| w.1)),

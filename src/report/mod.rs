@@ -7,6 +7,7 @@ mod cutoff;
 mod front;
 mod lammps;
 mod measure;
+mod pace;
 mod page;
 mod plan;
 mod point;
@@ -60,10 +61,11 @@ pub enum Said<'a> {
     Advice(String),
 }
 
-const TABLES: [&Table; 7] = [
+const TABLES: [&Table; 8] = [
     &measure::FORCES,
     &measure::TRAJECTORIES,
     &measure::ENERGIES,
+    &measure::AVERAGES,
     &measure::MISSING,
     &measure::SPEEDS,
     &price::PRICES,
@@ -84,17 +86,18 @@ fn study(options: &Options, say: &mut dyn FnMut(Said<'_>)) -> Result<Ended, Halt
     let Some(study) = Study::new(&options.script, &options.settings, scale.force_atoms)? else {
         return Ok(Ended::Interrupted);
     };
-    if let Some(note) = &study.note {
-        say(Said::Note(note.clone()));
-    }
+    study.notes.iter().for_each(|note| say(Said::Note(note.clone())));
     let lammps = Lammps::find(&study, options.python.as_deref(), study.threads());
     let no_lammps = lammps.as_ref().err().cloned().unwrap_or_default();
     if !no_lammps.is_empty() {
         say(Said::Note(format!("LAMMPS is not measured: {no_lammps}")));
     }
-    let plan = Plan::new(&study, options, lammps.is_ok())?;
-    let version = lammps.as_ref().map_or(0, Lammps::version);
-    let mut store = Store::open(&options.out, &TABLES, &settings(options, &study, &plan, version)?)?;
+    let plan = Plan::new(&study, options, lammps.as_ref().ok())?;
+    let settings = settings(options, &study, &plan)?;
+    if let Some(note) = Store::strange(&options.out, &TABLES, &settings) {
+        say(Said::Note(note));
+    }
+    let mut store = Store::open(&options.out, &TABLES, &settings)?;
     if store.len() > 0 {
         say(Said::Note(format!("{} rows are in {} already", store.len(), options.out.display())));
     }
@@ -128,6 +131,7 @@ fn measure(
             Work::Energies(point) => {
                 measure::energies(study, point, plan.energy_time(), plan.scale.samples, plan.fastest)
             }
+            Work::Averages(precision) => measure::averages(study, *precision, plan.averages_time(), plan.scale.samples),
             Work::Missing(point) => measure::missing(study, point, plan.scale.looks, plan.scale.look_atoms),
             Work::Speed(point) => measure::speed(study, point, plan.scale.leg),
             Work::Price(option) => price::price(study, plan.usual, *option, plan.scale.leg),
@@ -147,14 +151,14 @@ fn measure(
     Ok(Ended::Finished)
 }
 
-/// All that decides what a row holds: rows of other settings are not gone on from.
-fn settings(options: &Options, study: &Study, plan: &Plan, lammps: i64) -> Result<String, Error> {
+/// All that decides what a row holds: rows of other settings are not gone on from. LAMMPS's rows say themselves of which version they are.
+fn settings(options: &Options, study: &Study, plan: &Plan) -> Result<String, Error> {
     let path = &options.script;
     let script = std::fs::read_to_string(path).map_err(|e| Error::file(path, "cannot read", e))?;
     let machine = &study.machine;
     let names: Vec<&str> = options.precisions.iter().map(|precision| precision.name()).collect();
     Ok(format!(
-        "octant {} report\nengine: {} {} {}\nextent: {:?}\nprecisions: {}\ndts: {:?}\nskins: {:?}\nvariables: {:?}\nlammps: {lammps}\n\
+        "octant {} report\nengine: {} {} {}\nextent: {:?}\nprecisions: {}\ndts: {:?}\nskins: {:?}\nvariables: {:?}\n\
          melted: {:016x}\nscript: {}\n\n{script}",
         env!("CARGO_PKG_VERSION"),
         machine.backend,

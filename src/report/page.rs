@@ -28,8 +28,8 @@ const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:92rem;mar
 p,figure{max-width:60rem}h1{font-size:1.6rem}h2{font-size:1.25rem;margin-top:2.2rem;border-bottom:1px solid #ddd}\
 .advice{font-size:1.1rem;padding:.8rem 1rem;background:#eef5fa;border-left:4px solid #0072b2}\
 .wide{overflow-x:auto}table{border-collapse:collapse;font-size:.85rem;margin:.8rem 0}th,td{padding:.2rem .55rem;border-bottom:1px solid #ddd;\
-text-align:left;vertical-align:bottom}td{white-space:nowrap;vertical-align:top}td.t{white-space:normal;min-width:24rem}\
-.n{text-align:right;font-variant-numeric:tabular-nums}th{border-bottom:2px solid #999}\
+text-align:left;vertical-align:bottom}td{vertical-align:top}td.t{min-width:24rem}\
+.many{font-size:.75rem}.many th,.many td{padding:.2rem .3rem}td.n{white-space:nowrap}.n{text-align:right;font-variant-numeric:tabular-nums}th{border-bottom:2px solid #999}\
 figure{margin:1.2rem 0}figure svg{max-width:100%;height:auto}figcaption{font-size:.9rem;color:#555}";
 
 /// Writes `report.html`, `report.md` and the figures.
@@ -82,11 +82,15 @@ fn html_table(heads: &[String], rows: &[Vec<String>]) -> String {
         _ if cell.chars().count() > LONG => " class=\"t\"",
         _ => "",
     };
+    // Numbers stay on a line, but where there is little room ranges go below them; texts are broken where the page is narrow.
+    let broken =
+        |cell: &str| if heads.len() > MANY && is_number(cell) { cell.replace(" (", "<br>(") } else { cell.into() };
     let row = |tag: &str, cells: &[String]| {
-        let cell = |(k, cell): (usize, &String)| format!("<{tag}{}>{}</{tag}>", class(k, cell), escaped(cell));
+        let cell = |(k, cell): (usize, &String)| format!("<{tag}{}>{}</{tag}>", class(k, cell), broken(&escaped(cell)));
         format!("<tr>{}</tr>\n", cells.iter().enumerate().map(cell).collect::<String>())
     };
-    let mut table = String::from("<div class=\"wide\"><table>\n");
+    let many = if heads.len() > MANY { " class=\"many\"" } else { "" };
+    let mut table = format!("<div class=\"wide\"><table{many}>\n");
     // Names and values need no heads.
     if heads.iter().any(|head| !head.is_empty()) {
         table += &row("th", heads);
@@ -94,6 +98,9 @@ fn html_table(heads: &[String], rows: &[Vec<String>]) -> String {
     rows.iter().for_each(|cells| table += &row("td", cells));
     table + "</table></div>"
 }
+
+/// Columns from which on a table is set small.
+const MANY: usize = 9;
 
 /// Letters of a text that is broken into lines.
 const LONG: usize = 60;
@@ -137,6 +144,10 @@ mod tests {
             Block::Advice("do & be".into()),
             Block::Table(vec!["x".into(), "y|z".into()], vec![vec!["-1.5".into(), "2 words".into()]]),
             Block::Table(vec![String::new(), String::new()], vec![vec!["long".repeat(20), "3 (2.5 to 1e-3)".into()]]),
+            Block::Table(
+                (0..=MANY).map(|k| k.to_string()).collect(),
+                vec![(0..=MANY).map(|k| if k % 2 == 0 { "words".into() } else { "3 (2.5 to 1e-3)".into() }).collect()],
+            ),
             Block::Figure { name: "one".into(), svg: "<svg></svg>".into(), caption: "what".into() },
         ];
         let page = html(&blocks);
@@ -150,7 +161,9 @@ mod tests {
             assert!(page.contains(part), "{part} is not in {page}");
         }
         assert!(
-            page.contains("<table>\n<tr><td class=\"t\">longlong") && page.contains("<td class=\"n\">3 (2.5 to"),
+            page.contains("<table>\n<tr><td class=\"t\">longlong")
+                && page.contains("<td class=\"n\">3 (2.5 to 1e-3)</td>")
+                && page.contains("<td>words</td><td class=\"n\">3<br>(2.5 to 1e-3)</td>"),
             "{page}"
         );
         let page = markdown(&blocks);

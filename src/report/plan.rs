@@ -1,7 +1,8 @@
 //! What is measured, in which order, and about how long each piece takes.
 
-use super::lammps;
+use super::lammps::{self, Lammps};
 use super::measure::{self, Span};
+use super::pace::Pace;
 use super::point::{Integrator, Point, Potential, is_safe};
 use super::price;
 use super::store::Table;
@@ -39,8 +40,8 @@ pub struct Scale {
 
 pub const FULL: Scale = Scale {
     force_atoms: 32_000,
-    rounds: 3,
-    leg: 0.15,
+    rounds: 5,
+    leg: 0.1,
     span: 1.0,
     energy_spans: 25.0,
     samples: 400,
@@ -66,6 +67,7 @@ pub enum Work {
     Forces(Potential, Precision),
     Trajectory(Point),
     Energies(Point),
+    Averages(Precision),
     Missing(Point),
     Speed(Point),
     Price(usize),
@@ -87,6 +89,8 @@ pub struct Plan {
     pub span: Span,
     /// The scene's fastest time, time units.
     pub fastest: Option<f64>,
+    /// Where that comes from.
+    pub pace: &'static str,
     pub precisions: Vec<Precision>,
     /// Time units, ascending.
     pub dts: Vec<f64>,
@@ -96,9 +100,9 @@ pub struct Plan {
 }
 
 impl Plan {
-    pub fn new(study: &Study, options: &Options, lammps: bool) -> Result<Self, Halt> {
+    pub fn new(study: &Study, options: &Options, lammps: Option<&Lammps>) -> Result<Self, Halt> {
         let scale = if options.quick { QUICK } else { FULL };
-        let (span, fastest) = study.span()?;
+        let Pace { span, fastest, how } = study.pace()?;
         let own = study.program.timestep;
         let grid = || if options.quick { QUICK_STEPS.to_vec() } else { STEPS.to_vec() };
         let mut dts = options.dts.clone().unwrap_or_else(|| grid().iter().map(|factor| factor * own).collect());
@@ -110,19 +114,20 @@ impl Plan {
         // A whole number of the script's steps, so that its own is no other in the comparison of trajectories.
         let time = (span * scale.span / own).round().max(4.0) * own;
         let span = Span { time, reference_dt: dts[0] / FINER };
-        let mut plan = Self { scale, span, fastest, precisions, dts, usual, jobs: Vec::new() };
+        let mut plan = Self { scale, span, fastest, pace: how, precisions, dts, usual, jobs: Vec::new() };
         plan.forces(study);
         plan.errors(study);
+        plan.averages(study);
         plan.lists(study, options);
         plan.prices(study);
-        if lammps {
+        if let Some(lammps) = lammps {
             let lengths = plan.span.time + plan.energy_time();
             let dts = if options.quick { vec![own] } else { plan.dts.clone() };
             for dt in dts {
                 let steps = 4.0 * lengths / dt;
                 plan.jobs.push(Job {
                     table: &lammps::LAMMPS,
-                    key: vec![dt.to_string()],
+                    key: vec![lammps.version().to_string(), dt.to_string()],
                     steps,
                     work: Work::Lammps(dt),
                 });
@@ -134,6 +139,11 @@ impl Plan {
     /// Time over which energies are looked at, time units.
     pub fn energy_time(&self) -> f64 {
         self.span.time * self.scale.energy_spans
+    }
+
+    /// Time over which averages are taken of a scene with its thermostats, time units.
+    pub fn averages_time(&self) -> f64 {
+        2.0 * self.energy_time()
     }
 
     pub fn potentials(study: &Study) -> Vec<Potential> {
@@ -179,6 +189,14 @@ impl Plan {
             let runs = if point.potential == Potential::Own && study.jumps() { 2.0 } else { 1.0 };
             let steps = runs * self.energy_time() / point.dt;
             self.add(&measure::ENERGIES, point.cells(), steps, Work::Energies(*point));
+        }
+    }
+
+    fn averages(&mut self, study: &Study) {
+        if !study.thermostats.is_empty() {
+            let dt = study.program.timestep;
+            let key = vec![self.usual.name().into(), dt.to_string()];
+            self.add(&measure::AVERAGES, key, self.averages_time() / dt, Work::Averages(self.usual));
         }
     }
 

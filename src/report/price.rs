@@ -17,14 +17,17 @@ use crate::system::{RanPark, Side};
 pub static PRICES: Table = Table {
     name: "prices",
     keys: &["round", "option"],
-    values: &["compared_with", "steps", "microseconds_per_step", "same_program", "fault"],
+    values: &["compared_with", "steps", "microseconds_per_step", "builds", "lost", "same_program", "fault"],
 };
 
 /// The scene without any option, in the table.
 pub const PLAIN: &str = "the scene as it is";
 /// The same after options were switched on and off again.
 pub const OFF_AGAIN: &str = "all of these on, then off again";
-const OPEN: &str = "open along z, no walls";
+const OPEN: &str = "open along z, with room beyond";
+const LOSING: &str = "open along z, atoms that leave are lost";
+/// Room beyond an open side, cutoffs: more than an atom flies in a leg.
+const ROOM: f64 = 100.0;
 const TWO_TYPES: &str = "two types";
 const CUTOFFS: &str = "a cutoff for each pair of types";
 /// Types are dealt out with this seed.
@@ -48,9 +51,10 @@ pub fn options(study: &Study) -> Vec<Priced> {
     let plain = |name: &str, commands: String| Priced { name: name.into(), base: PLAIN, change: nothing, commands };
     let program = &study.program;
     let mut all = vec![plain(PLAIN, String::new()), plain("energy and virial at every step", "thermo 1\n".into())];
-    let shift = if program.pair.shift { "no" } else { "yes" };
+    let (own, other) = (study.truncation(program.pair.shift), study.truncation(!program.pair.shift));
     if study.jumps() {
-        all.push(plain(&format!("pair_modify shift {shift}"), format!("pair_modify shift {shift}\n")));
+        let name = if program.pair.tail { other.as_str() } else { other.trim_end_matches(" tail no") };
+        all.push(plain(name, format!("{other}\n")));
     }
     all.push(plain("fix gravity", "fix price_gravity all gravity 1e-9 vector 0 0 -1\n".into()));
     let dump = "dump price_dump all custom 50 {FOLDER}/price.dump id type x y z\n";
@@ -72,9 +76,15 @@ pub fn options(study: &Study) -> Vec<Priced> {
     }
     if study.is_moved_by_nve() && study.space.periodic(2) {
         let lost = "thermo_modify lost ignore\n";
-        all.push(Priced { name: OPEN.into(), base: PLAIN, change: open_along_z, commands: lost.into() });
+        all.push(Priced { name: OPEN.into(), base: PLAIN, change: give_room_along_z, commands: lost.into() });
+        all.push(Priced { name: LOSING.into(), base: OPEN, change: open_along_z, commands: lost.into() });
         let walls = format!("{lost}fix price_walls all wall/reflect zlo EDGE zhi EDGE\n");
-        all.push(Priced { name: "walls along z".into(), base: OPEN, change: open_along_z, commands: walls });
+        all.push(Priced {
+            name: "walls along z in place of periods".into(),
+            base: PLAIN,
+            change: open_along_z,
+            commands: walls,
+        });
     }
     let (t, damp) = (study.temperature, 100.0 * program.timestep);
     let langevin = format!("fix price_heat all langevin {t} {t} {damp} 4711\n");
@@ -85,11 +95,10 @@ pub fn options(study: &Study) -> Vec<Priced> {
         let name = "thermostat, fix nvt in place of nve".to_string();
         all.push(Priced { name, base: PLAIN, change: take_nve_off, commands });
     }
-    let own_shift = if pair.shift { "yes" } else { "no" };
     let (heat, no_heat) = if is_heated { (langevin.as_str(), "unfix price_heat\n") } else { ("", "") };
     let on_and_off = format!(
-        "thermo 1\npair_modify shift {shift}\nfix price_gravity all gravity 1e-9 vector 0 0 -1\n{heat}{dump}\
-         run 0\nthermo 0\npair_modify shift {own_shift}\nunfix price_gravity\n{no_heat}undump price_dump\n"
+        "thermo 1\n{other}\nfix price_gravity all gravity 1e-9 vector 0 0 -1\n{heat}{dump}\
+         run 0\nthermo 0\n{own}\nunfix price_gravity\n{no_heat}undump price_dump\n"
     );
     all.push(plain(OFF_AGAIN, on_and_off));
     all
@@ -133,6 +142,16 @@ fn open_along_z(prepared: &mut Prepared) {
     }
 }
 
+/// Free sides along z, so far out that nothing is lost.
+fn give_room_along_z(prepared: &mut Prepared) {
+    open_along_z(prepared);
+    let scene = prepared.scene_mut();
+    if let (Some(space), Some(pair)) = (&mut scene.space, &scene.pair) {
+        let room = ROOM * pair.complete().map_or(1.0, |(table, ..)| table.largest_cutoff());
+        (space.lo.z, space.hi.z) = (space.lo.z - room, space.hi.z + room);
+    }
+}
+
 /// A folder of its own in the system's folder for such, removed when dropped.
 struct Scratch(PathBuf);
 
@@ -167,12 +186,15 @@ pub fn price(study: &Study, precision: Precision, option: usize, seconds: f64) -
         let same = if option.name == OFF_AGAIN { is_plain(study, &point, &mut driven)? } else { "" };
         let leg = measure::leg(&mut driven, seconds)?;
         let step = number(1e6 * leg.seconds / leg.steps as f64);
-        Ok(vec![option.base.into(), leg.steps.to_string(), step, same.into(), String::new()])
+        let (builds, lost) = (leg.builds.to_string(), driven.backend().lost().to_string());
+        Ok(vec![option.base.into(), leg.steps.to_string(), step, builds, lost, same.into(), String::new()])
     };
     match measured() {
         Err(Halt::Error(Error::Fault(message))) => {
             let fault = message.lines().next().unwrap_or_default().to_string();
-            Ok(vec![option.base.into(), String::new(), String::new(), String::new(), fault])
+            let mut cells = vec![String::new(); PRICES.values.len()];
+            (cells[0], cells[PRICES.values.len() - 1]) = (option.base.into(), fault);
+            Ok(cells)
         }
         other => other,
     }

@@ -3,8 +3,8 @@
 use super::charts;
 use super::content::{Facts, maybe, named, short, table, with_error};
 use super::cutoff;
-use super::front::{Found, SAFE};
-use super::measure::{ENERGIES, MISSING};
+use super::front::{self, Found, SAFE};
+use super::measure::{AVERAGES, ENERGIES, MISSING};
 use super::page::Block;
 use super::price::{OFF_AGAIN, PRICES};
 use super::store::Record;
@@ -79,8 +79,9 @@ impl Facts<'_> {
             "Drifts are per atom and time unit, slopes of straight lines over a time of {} with standard errors that know of correlation; \
              fluctuations are per atom, RMS about that line. D is of the whole scene, energy units squared a time unit; measured, it is how \
              fast the variance of two energies grows from times between them of a fortieth of the run to those of an eighth, where the \
-             integrator's own noise is forgotten within the shorter one (in quick studies it is not). A walk makes a drift too: of the order of \
-             its RMS over the length of the run.",
+             integrator's own noise is forgotten within the shorter one (in quick studies it is not). A walk makes a drift too, which the scatter \
+             about a line does not tell: the slope of a walk scatters by (6 D / 5 T)^(1/2) in a run of length T, which is part of the stated error \
+             (D predicted, or measured where that is clearly more). Drifts of two runs differ by less than their errors unless something else drives them.",
             short(self.plan.energy_time())
         )));
         charts::energy(self, blocks)
@@ -110,7 +111,8 @@ impl Facts<'_> {
         blocks.push(Block::Heading("Skin and rebuild policy".into()));
         blocks.push(Block::Text(format!(
             "At {} moments, 7 steps apart, the list in use was compared with all pairs within the cutoff of up to {} atoms. With {SAFE} \
-             no pair can be missing.",
+             no pair can be missing. Where none was seen to be, \"at most\" is the part that 95 % confidence leaves (three over the pairs looked \
+             at): policies that check nothing count as whole from 1e-6 on.",
             self.plan.scale.looks, self.plan.scale.look_atoms
         )));
         let rows = self.store.rows(&MISSING).map(|row| {
@@ -123,12 +125,27 @@ impl Facts<'_> {
                 text("pairs"),
                 text("missing"),
                 maybe(part),
+                maybe(
+                    row.number("missing")
+                        .zip(row.number("pairs"))
+                        .filter(|(m, _)| *m == 0.0)
+                        .map(|(_, all)| front::unseen(all)),
+                ),
                 text("missing_worst_look"),
                 text("fault"),
             ]
         });
-        let heads =
-            ["neigh_modify", "skin", "dt", "pairs looked at", "missing", "part", "missing in the worst look", "fault"];
+        let heads = [
+            "neigh_modify",
+            "skin",
+            "dt",
+            "pairs looked at",
+            "missing",
+            "part",
+            "at most",
+            "missing in the worst look",
+            "fault",
+        ];
         blocks.push(table(&heads, rows.collect()));
         charts::skins(self, points, blocks)
     }
@@ -137,13 +154,39 @@ impl Facts<'_> {
         blocks.push(Block::Heading("Averages".into()));
         blocks.push(Block::Text(
             "Potential energy per atom and pressure of the same runs, with error bars by blocking (Flyvbjerg and Petersen 1989). Runs begin at \
-             the same melted state and keep its energy.".into(),
+             the same melted state and keep its energy; where the script has a thermostat, one more run was made with it, of which the first \
+             fifth is left out.".into(),
         ));
-        let reference = |name: &str| self.options.reference.iter().find(|(of, _)| of == name).map(|(_, value)| *value);
+        let reference = |name: &str| self.reference(name);
         let off = |row: &Record<'_>, value: &str, error: &str, name: &str| {
             let (value, error) = (row.number(value)?, row.number(error)?);
             Some(format!("{} error bars", format_g((value - reference(name)?) / error, 0, 3, false)))
         };
+        let judged = |row: &Record<'_>, why_not: &str| {
+            let of = [("U", "potential_energy", "potential_energy_error"), ("P", "pressure", "pressure_error")];
+            let of = of.into_iter().filter(|(name, ..)| reference(name).is_some());
+            let cell = |(name, value, error)| match why_not {
+                "" => off(row, value, error, name).unwrap_or_default(),
+                why => format!("not judged: {why}"),
+            };
+            of.map(cell).collect::<Vec<String>>()
+        };
+        let held = self.store.rows(&AVERAGES).filter(|row| row.text("fault").is_empty()).map(|row| {
+            let text = |column: &str| row.text(column).to_string();
+            let pair = |value: &str, error: &str| with_error(row.number(value), row.number(error));
+            let mut cells = vec![
+                named("own"),
+                format!("script's, with {}", self.study.thermostats.join(", ")),
+                text("precision"),
+                text("dt"),
+                SAFE.into(),
+                pair("temperature", "temperature_error"),
+                pair("potential_energy", "potential_energy_error"),
+                pair("pressure", "pressure_error"),
+            ];
+            cells.extend(judged(&row, ""));
+            cells
+        });
         let rows = self.store.rows(&ENERGIES).filter(|row| row.text("fault").is_empty()).map(|row| {
             let text = |column: &str| row.text(column).to_string();
             let mut cells = vec![
@@ -156,14 +199,15 @@ impl Facts<'_> {
                 with_error(row.number("potential_energy"), row.number("potential_energy_error")),
                 with_error(row.number("pressure"), row.number("pressure_error")),
             ];
-            if reference("U").is_some() {
-                cells.push(off(&row, "potential_energy", "potential_energy_error", "U").unwrap_or_default());
-            }
-            if reference("P").is_some() {
-                cells.push(off(&row, "pressure", "pressure_error", "P").unwrap_or_default());
-            }
+            let why_not = match row.text("potential") {
+                "own" if self.study.thermostats.is_empty() => "",
+                "own" => "no thermostat, another temperature",
+                _ => "another Hamiltonian",
+            };
+            cells.extend(judged(&row, why_not));
             cells
         });
+        let rows = held.chain(rows);
         let rows: Vec<Vec<String>> = rows.collect();
         let mut heads: Vec<String> =
             ["potential", "integrator", "precision", "dt", "neigh_modify", "T", "U per atom", "P"]
@@ -194,14 +238,29 @@ impl Facts<'_> {
         let words = |s: Option<Spread>| {
             s.map_or("-".into(), |s| format!("{} ({} to {})", short(s.median), short(s.least), short(s.most)))
         };
+        let total = |name: &str, column: &str| -> f64 {
+            self.store.rows(&PRICES).filter(|row| row.text("option") == name).filter_map(|row| row.number(column)).sum()
+        };
         let rows = names.iter().map(|(name, base)| {
+            let builds = 1000.0 * total(name, "builds") / total(name, "steps").max(1.0);
+            let lost = total(name, "lost");
             let times = spread(rounds.iter().filter_map(|round| of(name, round)).collect());
             let ratios = rounds.iter().filter_map(|round| Some(of(name, round)? / of(base, round)?)).collect();
             let ratio = if name == base { "1".to_string() } else { words(spread(ratios)) };
-            vec![name.to_string(), words(times), ratio, base.to_string()]
+            vec![
+                name.to_string(),
+                words(times),
+                ratio,
+                base.to_string(),
+                format_g(builds, 0, 3, false),
+                if lost > 0.0 { lost.to_string() } else { String::new() },
+            ]
         });
         blocks.push(Block::Heading("What each option costs".into()));
-        blocks.push(table(&["option", "microseconds a step", "ratio", "compared with"], rows.collect()));
+        blocks.push(table(
+            &["option", "microseconds a step", "ratio", "compared with", "builds in 1000 steps", "atoms lost"],
+            rows.collect(),
+        ));
         let off = self
             .store
             .rows(&PRICES)
@@ -211,7 +270,10 @@ impl Facts<'_> {
         blocks.push(Block::Text(format!(
             "Ratios are of legs of the same round; median, least and most of {} rounds, in {} precision, with the script's dt and skin and {SAFE}. \
              What is off costs nothing: in {same} of {all} rounds, after all these were switched on and off again, the step as data and what the \
-             engine says of its kernels (run --explain) were the same as if they had never been on.",
+             engine says of its kernels (run --explain) were the same as if they had never been on. A free side with room beyond it costs what \
+             the atoms at a surface have in fewer neighbors, and what they make of the room. Where atoms leave for good, every build in \
+             which one is lost is made by the host, on a GPU with all particles fetched and written anew: that is no price of the side, but \
+             of the loss, and it ends with it. Walls keep all atoms, so they are compared with the periodic scene.",
             self.plan.scale.price_rounds,
             self.plan.usual.name()
         )));

@@ -66,10 +66,39 @@ pub fn walk(points: &[(f64, f64)], memory: f64) -> Option<(f64, f64)> {
     Some(((variance(far) - variance(near)) / time, variance(far) * scatter / time))
 }
 
+/// Standard deviation of the slope of a straight line through a random walk whose variance grows by `rate` in a unit of time, after a time:
+/// (6 D / 5 T)^(1/2), as a weighted sum of its steps has it.
+pub fn slope_of_walk(rate: f64, time: f64) -> f64 {
+    if rate > 0.0 && time > 0.0 { (1.2 * rate / time).sqrt() } else { 0.0 }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::system::RanPark;
+
+    #[test]
+    fn slopes_of_walks_scatter_as_told() {
+        let (walks, steps) = (400, 200);
+        let noise = noise(walks * steps);
+        let slopes = noise.chunks(steps).map(|chunk| {
+            let mut place = 0.0;
+            let points = chunk.iter().enumerate().map(|(k, step)| {
+                place += step;
+                (0.5 * k as f64, place)
+            });
+            let (slope, told) = drift::slope(&points.collect::<Vec<_>>()).unwrap();
+            (slope * slope, told * told)
+        });
+        let (squares, told): (Vec<f64>, Vec<f64>) = slopes.unzip();
+        let rms = |of: &[f64]| (of.iter().sum::<f64>() / walks as f64).sqrt();
+        // A twelfth each step, two steps a unit of time; 400 squares scatter by sqrt(2 / 400), their root by half of that.
+        let expected = slope_of_walk(1.0 / 6.0, 0.5 * steps as f64);
+        assert!((rms(&squares) / expected - 1.0).abs() < 0.12, "{} {expected}", rms(&squares));
+        // The residuals of one line do not tell.
+        assert!(rms(&told) < 0.7 * expected);
+        assert_eq!((slope_of_walk(0.0, 1.0), slope_of_walk(-1.0, 1.0)), (0.0, 0.0));
+    }
 
     fn noise(count: usize) -> Vec<f64> {
         let mut random = RanPark::new(4711);

@@ -52,6 +52,30 @@ pub struct Store {
 const SETTINGS: &str = "settings.txt";
 
 impl Store {
+    /// A line for the user where rows lie in a folder that a study with these settings cannot take over.
+    pub fn strange(folder: &Path, tables: &[&'static Table], settings: &str) -> Option<String> {
+        let old = fs::read_to_string(folder.join(SETTINGS)).unwrap_or_default();
+        let of = |table: &Table| fs::read_to_string(folder.join(table.name).with_extension("csv")).ok();
+        let same = old == settings;
+        let lost = tables.iter().filter_map(|table| {
+            let text = of(table)?;
+            let gone = !same || read_csv(&text, &table.heads()).is_none();
+            gone.then(|| (table.name, split_csv(&text).len().saturating_sub(1)))
+        });
+        let lost: Vec<(&str, usize)> = lost.collect();
+        let rows: usize = lost.iter().map(|(_, rows)| rows).sum();
+        if rows == 0 {
+            return None;
+        }
+        let why = match same {
+            true => {
+                format!("have other columns ({})", lost.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", "))
+            }
+            false => format!("were measured with another {}", differences(&old, settings).join(", ")),
+        };
+        Some(format!("{rows} rows in {} {why}: they are measured anew", folder.display()))
+    }
+
     /// Opens a folder, which is made if need be. Rows that lie there are taken over if they were measured with the same settings,
     /// which are any text; others are removed.
     pub fn open(folder: &Path, tables: &[&'static Table], settings: &str) -> Result<Self, Error> {
@@ -99,6 +123,27 @@ impl Store {
     }
 }
 
+/// Names of the lines in which settings differ, and `text of the script`, which stands below the first empty line.
+fn differences(old: &str, new: &str) -> Vec<String> {
+    let parts = |text: &str| -> (Vec<String>, String) {
+        let (lines, script) = text.split_once("\n\n").unwrap_or((text, ""));
+        (lines.lines().map(str::to_string).collect(), script.into())
+    };
+    let ((old, old_script), (new, new_script)) = (parts(old), parts(new));
+    let name = |line: &String| line.split(':').next().unwrap_or_default().to_string();
+    let mut names: Vec<String> = Vec::new();
+    let apart = old.iter().filter(|line| !new.contains(line)).chain(new.iter().filter(|line| !old.contains(line)));
+    for name in apart.map(name) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    if old_script != new_script {
+        names.push("text of the script".into());
+    }
+    names
+}
+
 /// Rows of a CSV text with these columns; `None` where it has others.
 fn read_csv(text: &str, heads: &[&str]) -> Option<Vec<Vec<String>>> {
     let mut rows = split_csv(text).into_iter();
@@ -136,6 +181,16 @@ mod tests {
     static TABLE: Table = Table { name: "made", keys: &["a", "b"], values: &["c"] };
 
     #[test]
+    fn settings_that_differ_are_named() {
+        let old = "engine: cpu\ndts: None\nscript: a.in\n\nrun 1\n";
+        assert_eq!(differences(old, "engine: cpu\ndts: 1\nscript: a.in\n\nrun 2\n"), ["dts", "text of the script"]);
+        assert_eq!(
+            differences(old, "engine: gpu\ndts: None\nlammps: 1\nscript: a.in\n\nrun 1\n"),
+            ["engine", "lammps"]
+        );
+    }
+
+    #[test]
     fn rows_come_back_under_the_same_settings_alone() {
         let folder = std::env::temp_dir().join(format!("octant-store-{}", std::process::id()));
         let key = |a: &str| vec![a.to_string(), "x, \"y\"\nz".to_string()];
@@ -150,11 +205,19 @@ mod tests {
         // A file that someone has changed is no row of ours.
         let file = folder.join("made.csv");
         fs::write(&file, "a,b,c\n1,2\n").unwrap();
+        assert!(Store::strange(&folder, &[&TABLE], "one").unwrap().contains("have other columns (made)"));
         assert_eq!(Store::open(&folder, &[&TABLE], "one").unwrap().len(), 0);
         fs::write(&file, "a,b,c\n1,2,3\n").unwrap();
         assert_eq!(Store::open(&folder, &[&TABLE], "one").unwrap().len(), 1);
+        assert_eq!(Store::strange(&folder, &[&TABLE], "one"), None);
+        let said = Store::strange(&folder, &[&TABLE], "two").unwrap();
+        assert!(
+            said.starts_with("1 rows in ") && said.ends_with("with another one, two: they are measured anew"),
+            "{said}"
+        );
         assert_eq!(Store::open(&folder, &[&TABLE], "two").unwrap().len(), 0);
         assert!(!file.exists());
+        assert_eq!(Store::strange(&folder, &[&TABLE], "three"), None);
         fs::remove_dir_all(&folder).unwrap();
     }
 }

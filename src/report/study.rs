@@ -18,16 +18,25 @@ use crate::system::{GROUP_ALL, LostAtoms, SimulationBox, Vec3};
 /// Fixes that hold a temperature, and whether they move the atoms themselves: energies are measured without them, moved by `nve`.
 const THERMOSTATS: [(&str, bool); 2] = [("nvt", true), ("langevin", false)];
 
-/// Trajectories are compared over this many of the scene's fastest times: 0.4 tau of the Lennard-Jones liquid.
-const FASTEST_TIMES: f64 = 7.0;
+/// Names of the variables of a script that hold what averages are compared with: U, energy units per atom, and P, pressure units.
+const REFERENCES: [(&str, &str); 2] = [("U", "reference_u"), ("P", "reference_p")];
 
 /// A scene with what is exact about it.
 pub struct Study {
-    melted: Prepared,
+    pub(super) melted: Prepared,
     /// By precision.
     settings: Vec<Settings>,
     pub machine: Machine,
-    pub note: Option<String>,
+    /// What the user should know of the engine and of the scene.
+    pub notes: Vec<String>,
+    /// What had to be done to the scene before it could be studied.
+    pub prepared: Option<String>,
+    /// Net forces vanish by symmetry: there is nothing to compare errors with.
+    pub still: bool,
+    /// The scene with its thermostats, where it has some.
+    pub(super) heated: Option<Prepared>,
+    /// What averages are compared with, as the script's variables have it.
+    pub reference: Vec<(&'static str, f64)>,
     /// Of the scene as it is studied.
     pub program: Program,
     pub space: SimulationBox,
@@ -52,26 +61,51 @@ impl Study {
         let quiet = Settings { log: None, json: None, quiet: true, no_files: true, ..settings.clone() };
         let (machine, note) = Machine::new(&quiet)?;
         let Some(mut melted) = Prepared::at_end(script, &quiet)? else { return Ok(None) };
+        let reference =
+            REFERENCES.iter().filter_map(|(name, variable)| Some((*name, melted.variable(variable)?))).collect();
+        let with_thermostats = melted.clone();
         let thermostats = take_thermostats_off(&mut melted);
+        let heated = (!thermostats.is_empty()).then_some(with_thermostats);
         let program = melted.program(&quiet)?;
-        let state = melted.state();
-        let sum = sum_mass_velocity_squared(state, &program.masses, GROUP_ALL);
-        let temperature = temperature(sum, degrees_of_freedom(state.len()), &program.units);
-        let all = exact::sample(state);
-        let ids = if all.len() <= sample { all } else { exact::sample_of(state, sample) };
         let with = |precision| Settings { precision, variables: Vec::new(), ..quiet.clone() };
-        Ok(Some(Self {
+        let mut study = Self {
             settings: Precision::ALL.map(with).to_vec(),
             machine,
-            note,
+            notes: note.into_iter().collect(),
+            prepared: None,
+            still: false,
+            heated,
+            reference,
             space: melted.simulation_box().expect("a script that runs has a box").clone(),
             program,
             thermostats,
-            temperature,
-            ids,
-            exact: [OnceCell::new(), OnceCell::new()],
+            temperature: 0.0,
+            ids: Vec::new(),
+            exact: Default::default(),
             melted,
-        }))
+        };
+        study.look(sample);
+        match study.leave_lattice(sample) {
+            Ok(()) => Ok(Some(study)),
+            Err(Halt::Interrupted) => Ok(None),
+            Err(Halt::Error(error)) => Err(error),
+        }
+    }
+
+    /// Looks at the particles: temperature, and which are compared.
+    pub(super) fn look(&mut self, sample: usize) {
+        let state = self.melted.state();
+        let sum = sum_mass_velocity_squared(state, &self.program.masses, GROUP_ALL);
+        self.temperature = temperature(sum, degrees_of_freedom(state.len()), &self.program.units);
+        let all = exact::sample(state);
+        self.ids = if all.len() <= sample { all } else { exact::sample_of(state, sample) };
+        self.exact = Default::default();
+    }
+
+    /// The scene with its thermostats, and the commands that set the rest as [`Study::variant`] does; `None` where it has none.
+    pub fn with_thermostats(&self, point: &Point) -> Option<(Prepared, String)> {
+        let (_, commands) = self.variant(point);
+        Some((self.heated.clone()?, commands))
     }
 
     pub fn melted(&self) -> &Prepared {
@@ -123,6 +157,13 @@ impl Study {
     /// Whether energies jump at the cutoff.
     pub fn jumps(&self) -> bool {
         self.program.pair.pairs.iter().any(|pair| pair.energy_at_cutoff != 0.0)
+    }
+
+    /// Commands for an energy that is continuous at the cutoff, or for the bare one. A shifted potential has no tail corrections; without
+    /// them an energy differs by a constant.
+    pub fn truncation(&self, shift: bool) -> String {
+        let yes = |b: bool| if b { "yes" } else { "no" };
+        format!("pair_modify shift {} tail {}", yes(shift), yes(self.program.pair.tail && !shift))
     }
 
     /// The scene with a point's potential and integrator, and the commands that set the rest.
@@ -189,24 +230,6 @@ impl Study {
         let exact = self.exact(Potential::Own)?;
         let sum: f64 = exact.atoms.iter().map(|atom| atom.force.norm_squared()).sum();
         Ok((sum / exact.atoms.len().max(1) as f64).sqrt())
-    }
-
-    /// Time units over which trajectories are compared, and the fastest time of the scene: 1 / w with w^2 = <F^2 / m> / (3 k T), the
-    /// mean curvature that the atoms feel over their mass (the Einstein frequency). 80 of the script's steps, and `None`, where nothing
-    /// moves or pushes.
-    pub fn span(&self) -> Result<(f64, Option<f64>), Halt> {
-        let exact = self.exact(Potential::Own)?;
-        let (state, units) = (self.melted.state(), &self.program.units);
-        let order = state.order_by_id();
-        let mass = |id: &u32| {
-            let place = order.binary_search_by_key(id, |k| state.id[*k]).expect("the sample is of this state");
-            self.program.masses[state.kind[order[place]] as usize - 1]
-        };
-        let each = exact.ids.iter().zip(exact.atoms).map(|(id, atom)| atom.force.norm_squared() / mass(id));
-        let mean = each.sum::<f64>() / exact.atoms.len().max(1) as f64;
-        let squared = mean * units.ftm2v / (3.0 * units.boltzmann * self.temperature);
-        let fastest = Some(1.0 / squared.sqrt()).filter(|t| t.is_finite() && *t > 0.0);
-        Ok((fastest.map_or(80.0 * self.program.timestep, |t| FASTEST_TIMES * t), fastest))
     }
 
     /// The shortest vector between two positions.

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use serde_json::{Map, Value};
 
+use super::environment::BetweenRuns;
 use super::judge::{Checkpoint, go_on, judge, lacks, read};
 use super::run::{Outcome, STOP};
 use super::{Live, ScriptState, Settings};
@@ -81,6 +82,14 @@ impl Prepared {
     /// The step as data, as a run would begin it now.
     pub fn program(&self, settings: &Settings) -> Result<Program, Error> {
         program(&self.0, settings)
+    }
+
+    /// The number that a variable of the script has at its end; `None` where there is none, or no number.
+    pub(crate) fn variable(&mut self, name: &str) -> Option<f64> {
+        let ScriptState { scene, interpreter, last_run, thermo, .. } = &mut self.0;
+        let (scene, last_run) = (&*scene, last_run.as_ref());
+        let mut environment = BetweenRuns { scene, last_run, unknown: false, per_atom: thermo.norm() };
+        interpreter.variable_value(name, &mut environment).ok().map(|quantity| quantity.value)
     }
 }
 
