@@ -56,8 +56,7 @@ def checks(*, long: bool, precision: str) -> Iterator[Known]:
         warm = _warmer(fluid)
         hot = run(warm, time, _EVERY, precision=precision)
         yield from _energies(bath, _data(fluid, cold, lost), _data(warm, hot, lost))
-    if precision != "single":
-        yield from _steps(precision, 20.0 if long else 8.0)
+    yield from _steps(precision, 20.0 if long else 8.0)
 
 
 def _warmer(fluid: Fluid) -> Fluid:
@@ -106,9 +105,9 @@ def _energies(bath: str, cold: SimulationData, warm: SimulationData) -> Iterator
 def _steps(precision: str, time: float) -> Iterator[Known]:
     """Fluctuation of the energy of an isolated fluid, of the square of the timestep.
 
-    Not in single precision: what is printed there has rounding noise (about 1e-7 of 256 atoms' potential energy of 5 each, and
-    velocities that are rounded at every step) that does not shrink with the timestep and is no smaller than the fluctuation at a
-    timestep of 0.001.
+    In single precision too: at a timestep of 0.001 the total energy of the 256 atoms fluctuates by 2.0e-3 in double and 2.2e-3 in
+    single, and from row to row it changes by 0.8e-3 and 0.7e-3, so that rounding (1e-7 of a potential energy of 1300, 1.3e-4) does
+    not show beside it.
     """
     runs = []
     for timestep in (0.004, 0.002, 0.001):
