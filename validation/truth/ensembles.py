@@ -105,9 +105,9 @@ def _energies(bath: str, cold: SimulationData, warm: SimulationData) -> Iterator
 def _steps(precision: str, time: float) -> Iterator[Known]:
     """Fluctuation of the energy of an isolated fluid, of the square of the timestep.
 
-    In single precision too: at a timestep of 0.001 the total energy of the 256 atoms fluctuates by 2.0e-3 in double and 2.2e-3 in
-    single, and from row to row it changes by 0.8e-3 and 0.7e-3, so that rounding (1e-7 of a potential energy of 1300, 1.3e-4) does
-    not show beside it.
+    In single precision too: at a timestep of 0.001 the total energy of the 256 atoms fluctuates by 2.0e-3 in double and 2.2e-3
+    in single, and from row to row it changes by 0.8e-3 and 0.7e-3, so that rounding (1e-7 of a potential energy of 1300, 1.3e-4)
+    does not show beside it.
     """
     runs = []
     for timestep in (0.004, 0.002, 0.001):
