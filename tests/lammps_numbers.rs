@@ -384,3 +384,49 @@ fn chains_of_thermostats_are_those_of_lammps() {
     }
     assert_eq!(rows.len(), NVT_ROWS.len());
 }
+
+/// Two fixes that integrate the same atoms: each ends the step before the next begins to, so that a thermostat goes by the kinetic
+/// energy that the fixes before it and its own kick have left. Whoever asks for it is told.
+#[test]
+fn fixes_that_integrate_the_same_atoms_take_turns() {
+    let scene = "units lj\nlattice fcc 0.8442\nregion box block 0 4 0 4 0 4\ncreate_box 1 box\ncreate_atoms 1 box\nmass 1 1.0\n\
+                 velocity all create 1.44 87287 loop geom\npair_style lj/cut 2.5\npair_coeff 1 1 1.0 1.0\nregion l block 0 2.1 0 4 0 4\n\
+                 group l region l\ngroup r subtract all l\nthermo_style custom step temp epair press ecouple\ntimestep 0.002\n\
+                 thermo 10\n";
+    let bath = "nvt temp 1.0 1.2 0.1";
+    let cases = [
+        (format!("fix 1 all {bath}\nfix b all nve\n"), Some("0.65605796 -5.6507864 0.35313225 0.067107721"), true),
+        (
+            format!("fix 1 all {bath}\nfix b all nvt temp 0.8 0.8 0.2\n"),
+            Some("0.63960589 -5.6634541 0.27854844 0.10433926"),
+            true,
+        ),
+        ("fix 1 all nve\nfix b all nve\n".into(), None, true),
+        ("fix 1 all nve\nfix b l nve/limit 0.1\n".into(), None, true),
+        ("fix 1 all nve\nfix b all nve/euler2\n".into(), None, true),
+        (format!("fix 1 l {bath}\nfix b r nve\n"), None, false),
+        ("fix 1 all nve\nfix b all langevin 1 1 0.1 5\n".into(), None, false),
+    ];
+    let folder = Folder::new("twice");
+    for (fixes, row, twice) in cases {
+        folder.write("a.in", &format!("{scene}{fixes}run 20\n"));
+        let said = folder.says("run a.in --backend cpu --precision double");
+        let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
+        if let Some(row) = row {
+            assert!(said.lines().any(|line| words(line) == format!("20 {row}")), "{fixes}: {said}");
+        }
+        let style =
+            |line: &str| fixes.lines().nth(line.parse().unwrap()).unwrap().split(' ').nth(3).unwrap().to_string();
+        let told = format!(
+            "WARNING: One or more atoms are time integrated more than once: by fix 1 ({}, a.in:16) and fix b ({}, a.in:17)\n",
+            style("0"),
+            style("1")
+        );
+        assert_eq!(said.contains(&told), twice, "{fixes}: {said}");
+        assert_eq!(said.contains("integrated more than once"), twice, "{fixes}");
+        // What no bath has taken is no negative number.
+        let first =
+            said.lines().map(words).find(|line| line.starts_with("0 ") && line.split(' ').count() == 5).unwrap();
+        assert!(first.ends_with(" 0"), "{fixes}: {first}");
+    }
+}

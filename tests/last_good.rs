@@ -85,6 +85,42 @@ fn a_script_that_fails_before_its_first_step_leaves_nothing() {
     folder.fails(2, "run a.in --on-error checkpoint --checkpoint-every 0");
 }
 
+/// Output brings particles of every step to this side: those after a warning are not what is kept.
+#[test]
+fn dumps_do_not_bring_a_spoiled_state_to_disk() {
+    let folder = Folder::new("dumped");
+    folder.write("a.in", &melt("thermo 1\ndump 1 all atom 1 a.dump\ntimestep 0.025\nrun 5000"));
+    for (variant, words) in told() {
+        let said = folder.fails(1, &format!("run a.in {words}"));
+        let (written, log) = (step_of(&folder), folder.read("log.octant"));
+        let jump = log.lines().find(|line| line.contains("the total energy, which")).unwrap();
+        let jump: i64 = jump["WARNING: step ".len()..].split(':').next().unwrap().parse().unwrap();
+        assert_eq!(written, jump - 1, "{}: {said}", variant.name);
+        assert!(said.contains(&format!("the state of step {written}, before the warning, is in {FILE}")), "{said}");
+        goes_on(&folder, &words);
+    }
+}
+
+/// A script that ends after a run whose energy has jumped leaves the state from before that, too.
+#[test]
+fn an_error_after_a_run_that_was_spoiled_keeps_what_was_there_before() {
+    let folder = Folder::new("spoiled");
+    let scene = melt(
+        "pair_modify shift yes\ntimestep 0.02\nthermo 1\nrun 60\nvariable s equal $(0*ke)\nvelocity all create -$(temp) 1",
+    );
+    folder.write("a.in", &scene.replace("lj/cut 2.5", "lj/cut 1.2"));
+    for (variant, words) in told() {
+        folder.fails(1, &format!("run a.in {words}"));
+        let log = folder.read("log.octant");
+        let Some(jump) = log.lines().find(|line| line.contains("the total energy, which")) else {
+            panic!("{}: no warning: {log}", variant.name);
+        };
+        let jump: i64 = jump["WARNING: step ".len()..].split(':').next().unwrap().parse().unwrap();
+        assert!(step_of(&folder) < jump && log.contains(", before the warning, is in"), "{}: {log}", variant.name);
+        goes_on(&folder, &words);
+    }
+}
+
 /// With checkpoints the latest from before a warning of the energy stays, as what came after it is spoiled.
 #[test]
 fn checkpoints_do_not_follow_a_run_beyond_a_jump_of_its_energy() {
@@ -144,6 +180,36 @@ mod killed {
         }
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
         child.wait().unwrap().code()
+    }
+
+    #[test]
+    fn an_interrupt_leaves_the_last_step_without_checkpoints_too() {
+        let folder = Folder::new("interrupt");
+        folder.write("a.in", &melt("thermo 50\nthermo_modify flush yes\nrun 100000000"));
+        for (_, words) in told() {
+            for signal in ["-INT", "-TERM"] {
+                let _ = std::fs::remove_file(folder.0.join("log.octant"));
+                let mut child = Command::new(assert_cmd::cargo::cargo_bin("octant"))
+                    .current_dir(&folder.0)
+                    .args("run a.in".split(' ').chain(words.split(' ')))
+                    .stdout(Stdio::null())
+                    .spawn()
+                    .unwrap();
+                let begun = Instant::now();
+                let row = |line: &str| line.trim_start().starts_with("50 ");
+                while !(folder.has("log.octant") && folder.read("log.octant").lines().any(row)) {
+                    assert!(begun.elapsed() < Duration::from_secs(100), "no steps");
+                    std::thread::sleep(Duration::from_millis(5));
+                }
+                assert!(!folder.has(FILE), "nothing is written on the way");
+                assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+                assert_eq!(child.wait().unwrap().code(), Some(130));
+                let (step, log) = (step_of(&folder), folder.read("log.octant"));
+                assert!(log.contains(&format!("for {step} steps with")), "{log}");
+                assert!(log.contains(&format!("The state of step {step} is in {FILE} (read_data takes it)")), "{log}");
+                goes_on(&folder, &words);
+            }
+        }
     }
 
     #[test]

@@ -268,3 +268,137 @@ fn dangerous_builds_are_counted_where_they_are_checked_for() {
         }
     }
 }
+
+/// A cold liquid of 500 atoms at a timestep of choice.
+fn cold(timestep: &str) -> String {
+    format!(
+        "units lj\nlattice fcc 0.8442\nregion b block 0 5 0 5 0 5\ncreate_box 1 b\ncreate_atoms 1 box\nmass 1 1\n\
+         velocity all create 1.44 87287 loop geom\npair_style lj/cut 2.5\npair_coeff 1 1 1 1\nfix 1 all nve\n\
+         timestep {timestep}\nthermo 10\nrun 200\n"
+    )
+}
+
+/// Goes on from the last good state at the proposed timestep: no warning, and the energy stays to (omega dt)^2 / 4 = 1/64 of the
+/// kinetic energy that there is at most.
+fn follows(folder: &Folder, scene: &str, timestep: &str, words: &str) {
+    let script = format!("{scene}timestep {timestep}\nthermo 20\nthermo_style custom step ke etotal\nrun 400\n");
+    folder.write("again.in", &script);
+    folder.says(&format!("run again.in --log again.log --json again.json {words}"));
+    let report: Value = serde_json::from_str(&folder.read("again.json")).unwrap();
+    assert_eq!(report["warnings"].as_array().unwrap().len(), 0, "{report}");
+    let rows = report["thermo"].as_array().unwrap();
+    let column = |name: &str| rows.iter().map(|row| row[name].as_f64().unwrap()).collect::<Vec<_>>();
+    let (kinetic, total) = (column("KinEng"), column("TotEng"));
+    let most = kinetic.iter().copied().fold(0.0, f64::max);
+    let off = total.iter().map(|e| (e - total[0]).abs()).fold(0.0, f64::max);
+    assert!(off < most / 64.0, "{off} of {most}");
+}
+
+const FROM_GOOD: &str = "units lj\npair_style lj/cut 2.5\nread_data last-good.data\nfix 1 all nve\n";
+
+/// However large the timestep: the warning and the stop name one that would do, and the state on disk is from before anything was
+/// spoiled, so that it does.
+#[test]
+fn the_state_on_disk_is_from_before_the_jump_and_the_timestep_follows_it() {
+    let folder = Folder::new("before");
+    for (variant, words) in told() {
+        for timestep in ["0.05", "1", "100", "1e300"] {
+            folder.write("a.in", &cold(timestep));
+            let said = folder.fails(1, &format!("run a.in --json report.json {words}"));
+            let name = format!("{} {timestep}: {said}", variant.name);
+            let log = folder.read("log.octant");
+            let proposed = after(warnings(&log)[0], "a timestep of ").to_string();
+            assert!(said.contains(&format!("\n  a timestep of {proposed} would do\n")), "{name}");
+            assert!(folder.read("last-good.data").contains("timestep = 0,"), "{name}");
+            let jumped = warnings(&log).iter().any(|line| line.contains(" since step 0 "));
+            assert_eq!(
+                said.contains("the state of step 0, before the warning, is in last-good.data"),
+                jumped,
+                "{name}"
+            );
+            // What the list was stands in the report all the same.
+            let neighbors = &report(&folder)["neighbors"];
+            assert!(neighbors["total"].as_u64().unwrap() > 10_000, "{neighbors}");
+            assert!(neighbors["dangerous"].is_u64() && neighbors["per_atom"].as_f64().unwrap() > 20.0, "{neighbors}");
+            follows(&folder, FROM_GOOD, &proposed, &words);
+        }
+    }
+}
+
+/// A later state that passes all checks is kept rather than the start of the run.
+#[test]
+fn a_stop_without_a_jump_keeps_a_late_state() {
+    let folder = Folder::new("late");
+    // An atom flies out of a box with fixed sides: nothing is wrong with the states before.
+    let scene = "units lj\nboundary f f f\nregion b block 0 20 0 20 0 20 units box\ncreate_box 1 b\n\
+                 create_atoms 1 single 2 3 4\ncreate_atoms 1 single 15 15 15\nmass 1 1\nvelocity all set 1 0 0\n\
+                 pair_style lj/cut 2.5\npair_coeff 1 1 1 1\nfix 1 all nve\nrun 2000\n";
+    folder.write("a.in", scene);
+    for (variant, words) in told() {
+        let said = folder.fails(1, &format!("run a.in {words}"));
+        let step: i64 = after(&said, "the state of step ").parse().unwrap();
+        // 5 sigma at a speed of 1 take 1000 steps; lists are built every 0.15 / 0.005 = 30 of them.
+        assert!((900..1000).contains(&step), "{}: {said}", variant.name);
+        assert!(!said.contains("would do"), "{said}");
+    }
+}
+
+/// The timestep is proposed of the state before two atoms that overlap part, not of what they fly apart as.
+#[test]
+fn a_timestep_is_proposed_of_the_state_before_the_jump() {
+    let folder = Folder::new("proposed");
+    let scene = "units lj\nregion b block 0 12 0 12 0 12\nlattice sc 1\ncreate_box 1 b\ncreate_atoms 1 single 6 6 6\n\
+                 create_atoms 1 single 6.1 6 6\ncreate_atoms 1 single 2 2 2\nmass 1 1\npair_style lj/cut 2.5\n\
+                 pair_coeff 1 1 1 1\nfix 1 all nve\ntimestep 2e-8\nthermo 20\nrun 100\n";
+    folder.write("a.in", scene);
+    for (variant, words) in told() {
+        let said = folder.fails(1, &format!("run a.in {words}"));
+        let log = folder.read("log.octant");
+        // U'' = 4 (156 1e14 - 42 1e8) of a mass of 1/2 is 3.5e8^2, and a quarter of its inverse root 7.07e-10.
+        assert_eq!(after(warnings(&log)[0], "a timestep of "), "7e-10", "{}", variant.name);
+        assert!(said.contains("the stiffest pair is atoms 1 and 2 at distance 0.1 (omega dt = 7.065, stable below 2)"));
+        follows(&folder, FROM_GOOD, "7e-10", &words);
+    }
+}
+
+/// A pair that is stiff and slow among many that are fast and free: nothing that is summed up shows it before it breaks.
+#[test]
+fn a_stiff_pair_among_fast_atoms_is_named_by_the_stop() {
+    let folder = Folder::new("stiff-pair");
+    let scene = "units lj\nregion b block 0 20 0 20 0 20 units box\ncreate_box 2 b\nlattice sc 0.1\ncreate_atoms 1 box\n\
+                 create_atoms 2 single 10.2 10.2 10.2 units box\ncreate_atoms 2 single 11.3 10.2 10.2 units box\n\
+                 group g1 type 1\nmass * 1\nvelocity g1 create 3.0 4711\npair_style morse 2.0\npair_coeff 1 1 0.0 5 1.1\n\
+                 pair_coeff 1 2 0.0 5 1.1\npair_coeff 2 2 100 20 1.12\nneighbor 0.6 bin\nfix 1 all nve\n";
+    folder.write("a.in", &format!("{scene}timestep 0.01\nthermo 10000\nrun 3000\n"));
+    for (variant, words) in told() {
+        let said = folder.fails(1, &format!("run a.in {words}"));
+        let stiff =
+            "at step 0 the stiffest pair is atoms 1001 and 1002 at distance 1.1 (omega dt = 6.881, stable below 2)";
+        assert!(said.contains(stiff), "{}: {said}", variant.name);
+        let proposed = after(&said, "a timestep of ").to_string();
+        assert!(said.contains("the state of step 0 is in last-good.data"), "{}: {said}", variant.name);
+        let good = scene.split("region").next().unwrap().to_string()
+            + "pair_style morse 2.0\nread_data last-good.data\nneighbor 0.6 bin\nfix 1 all nve\n";
+        follows(&folder, &good, &proposed, &words);
+    }
+}
+
+/// Nobody is told to use a fix that is used already.
+#[test]
+fn a_limit_that_is_there_is_not_offered() {
+    let folder = Folder::new("limited");
+    // 1e-3 sigma apart: a force beyond f32. In double the limit lets atoms go farther in a step than the box is long.
+    let scene = |fix: &str, apart: &str| {
+        format!(
+            "units lj\nregion b block 0 12 0 12 0 12 units box\ncreate_box 1 b\ncreate_atoms 1 single 6 6 6\n\
+             create_atoms 1 single 6 6 {apart}\nmass 1 1\npair_style lj/cut 2.5\npair_coeff 1 1 1 1\n{fix}\nrun 100\n"
+        )
+    };
+    for (variant, words) in told() {
+        for (fix, offered) in [("fix 1 all nve/limit 500", false), ("fix 1 all nve", true)] {
+            folder.write("a.in", &scene(fix, "6.001"));
+            let said = folder.fails(1, &format!("run a.in {words}"));
+            assert_eq!(said.contains("takes overlapping atoms apart"), offered, "{}: {said}", variant.name);
+        }
+    }
+}

@@ -52,3 +52,45 @@ def test_means_are_those_of_lammps(bath: str, tmp_path: Path) -> None:
     temperature = np.array([float(x) for x in ours.column("Temp")])[1:]
     # 1500 degrees of freedom, a hundred rows; and the error of the step, (omega dt)^2 / 8 with an omega of about 30.
     assert abs(temperature.mean() - 1.1) < 4.0 * 1.1 * np.sqrt(2 / (1500 * len(temperature))) + 2e-3
+
+
+_TWICE = {
+    "nvt, nve": ["all nvt temp 1.0 1.2 0.1", "all nve"],
+    "nve, nvt": ["all nve", "all nvt temp 1.0 1.2 0.1"],
+    "nvt, nvt": ["all nvt temp 1.0 1.2 0.1", "all nvt temp 0.8 0.8 0.2"],
+    "nvt, nve/limit": ["all nvt temp 1.0 1.2 0.1", "all nve/limit 0.01"],
+    "groups that overlap": ["left nvt temp 1.0 1.2 0.1", "some nvt temp 1.0 1.2 0.1", "all nve"],
+    "groups that do not": ["left nvt temp 1.0 1.2 0.1", "right nve"],
+    "nve, nve": ["all nve", "all nve"],
+}
+
+_CRYSTAL = """
+units lj
+lattice fcc 0.8442
+region box block 0 4 0 4 0 4
+create_box 1 box
+create_atoms 1 box
+mass 1 1.0
+velocity all create 1.44 87287 loop geom
+pair_style lj/cut 2.5
+pair_coeff 1 1 1.0 1.0
+region left block 0 2.1 0 4 0 4
+group left region left
+group right subtract all left
+group some id 1:100
+{fixes}
+timestep 0.002
+thermo_style custom step temp epair press ecouple
+thermo 10
+run 20
+"""
+
+
+@pytest.mark.parametrize("fixes", _TWICE)
+def test_fixes_that_integrate_the_same_atoms_take_turns_as_in_lammps(fixes: str, tmp_path: Path) -> None:
+    script = tmp_path / "crystal.in"
+    lines = [f"fix {k} {words}" for k, words in enumerate(_TWICE[fixes])]
+    script.write_text(_CRYSTAL.format(fixes="\n".join(lines)), encoding="utf-8")
+    theirs, ours = run_lammps(script).runs[-1], run_octant(script, precision="double").runs[-1]
+    for column in ("Step", "Temp", "E_pair", "Press", "Ecouple"):
+        assert ours.column(column) == theirs.column(column), column

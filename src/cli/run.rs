@@ -16,8 +16,9 @@ pub const INTERRUPTED: u8 = 130;
 
 /// What `octant run --help` tells below the options.
 pub const RUN_HELP: &str = "\
-A run whose dynamics go wrong ends with exit code 1 and writes the last good state (that of the last list build, or the latest
-checkpoint where the energy jumped after it) as a data file, which read_data takes; so does a run whose output or device fails.
+A run whose dynamics go wrong ends with exit code 1 and writes the last good state (the latest that has passed all checks, never
+one from after a warning of energy or temperature) as a data file, which read_data takes; so does a run whose output or device
+fails, and one that is interrupted (its last step).
 A timestep that is too large is said in a warning: the fastest atom goes farther than half the skin, or too far for its
 collisions; the total energy changes by more than 10 % of the kinetic energy beside what truncation does; the temperature jumps.";
 

@@ -4,7 +4,6 @@ use std::fmt;
 
 use super::precision::Precision;
 use super::program::Program;
-use super::stride::Stride;
 use crate::system::{SimulationBox, State, Vec3};
 
 /// What went wrong.
@@ -46,8 +45,8 @@ pub struct GoodState {
 }
 
 impl Fault {
-    /// What helps, for a run in this precision; `None` where nothing is known to.
-    pub fn advice(&self, precision: Precision) -> Option<String> {
+    /// What helps, for a run in this precision; `None` where nothing is known to. `limited`: as [`Fault::is_limited`] has it.
+    pub fn advice(&self, precision: Precision, limited: bool) -> Option<String> {
         let (_, distance) = self.nearest?;
         match self.kind {
             FaultKind::Force if self.is_same_point(distance) => {
@@ -55,18 +54,22 @@ impl Fault {
             }
             FaultKind::Force if precision != Precision::Double => Some(format!(
                 "pairs this close have forces beyond the range of f32, in which {} precision computes them: --precision double \
-                 holds these, and `fix nve/limit` takes overlapping atoms apart; those that met on the way met in too large a \
-                 timestep",
-                precision.name()
+                 holds these{}; those that met on the way met in too large a timestep",
+                precision.name(),
+                if limited { "" } else { ", and `fix nve/limit` takes overlapping atoms apart" }
             )),
             FaultKind::Force => {
                 Some("pairs this close have forces beyond any number: move or remove all but one of these atoms".into())
             }
             // Thrown out by a neighbor, or by itself.
             FaultKind::Position | FaultKind::Lost if self.before.is_some() => Some(
-                "it went farther than any list can follow: `fix nve/limit` takes overlapping atoms apart, a smaller timestep \
-                 follows fast ones"
-                    .into(),
+                if limited {
+                    "it went farther than any list can follow: a smaller limit (fix nve/limit) holds it back"
+                } else {
+                    "it went farther than any list can follow: `fix nve/limit` takes overlapping atoms apart, a smaller timestep \
+                     follows fast ones"
+                }
+                .into(),
             ),
             FaultKind::Position | FaultKind::Lost => None,
         }
@@ -81,12 +84,11 @@ impl Fault {
         met || self.before.is_some()
     }
 
-    /// A timestep in which the particle could have been followed from the last good state on, if that is known and of use.
-    pub fn timestep(&self, program: &Program) -> Option<f64> {
-        let good = self.last_good.as_ref()?;
-        let place = good.state.id.iter().position(|id| *id == self.id)?;
-        let stride = Stride::of(program, &good.state, place)?;
-        stride.timestep(program, &good.state, stride.nearest(&good.state, &good.simulation_box))
+    /// Whether the particle is one of those whose steps `fix nve/limit` limits already.
+    pub fn is_limited(&self, program: &Program) -> bool {
+        let Some(good) = &self.last_good else { return false };
+        let mask = good.state.id.iter().position(|id| *id == self.id).map_or(0, |place| good.state.mask[place]);
+        program.fixes.iter().any(|fix| fix.style == "nve/limit" && fix.group & mask != 0)
     }
 
     /// Nearer than their coordinates can tell, to a few roundings.

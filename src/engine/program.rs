@@ -105,6 +105,34 @@ impl Program {
         self.fixes.iter().any(|fix| fix.acts(Phase::Initial))
     }
 
+    /// Places of the first two fixes that both move some of the atoms with these group bits in time, if there are such.
+    pub fn moved_twice(&self, masks: &[u32]) -> Option<(usize, usize)> {
+        let moves = |fix: &Fix| fix.acts(Phase::Initial);
+        self.sharing(masks, moves, moves)
+    }
+
+    /// Whether a thermostat comes before a fix that kicks some of the same atoms: it then scales them before that kick, which
+    /// the kinetic energy it goes by must not hold.
+    pub fn thermostat_precedes(&self, masks: &[u32]) -> bool {
+        self.sharing(masks, |fix| fix.acts(Phase::Measured), |fix| fix.acts(Phase::Last)).is_some()
+    }
+
+    /// Places of two fixes, of these sorts in this order, that have an atom in common.
+    fn sharing(
+        &self,
+        masks: &[u32],
+        first: impl Fn(&Fix) -> bool,
+        second: impl Fn(&Fix) -> bool,
+    ) -> Option<(usize, usize)> {
+        let pairs = (0..self.fixes.len()).flat_map(|i| (i + 1..self.fixes.len()).map(move |j| (i, j)));
+        let mut of_these = pairs.filter(|(i, j)| first(&self.fixes[*i]) && second(&self.fixes[*j]));
+        let shares = |(i, j): &(usize, usize)| {
+            let (a, b) = (self.fixes[*i].group, self.fixes[*j].group);
+            masks.iter().any(|mask| mask & a != 0 && mask & b != 0)
+        };
+        of_these.find(shares)
+    }
+
     /// The part of the run that lies behind at a step.
     pub fn progress(&self, step: i64) -> f64 {
         let (first, last) = self.range;

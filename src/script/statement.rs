@@ -56,6 +56,12 @@ impl Statement {
         error
     }
 
+    /// Where it stands, as `file:line`.
+    pub fn place(&self) -> String {
+        let (line, _) = self.source.line_column(self.words[0].span.start);
+        format!("{}:{line}", self.source.name)
+    }
+
     /// Reads the arguments from word `next` on.
     pub fn args_from(&self, next: usize) -> Args<'_> {
         Args { words: &self.words, next }

@@ -208,7 +208,9 @@ impl ScriptState {
             Command::NeighModify(c) => self.neigh_modify(c),
             Command::Fix(FixCommand { id, group, style, .. }) => {
                 let mut args = statement.args_from(style.word + 1);
-                scene.fix(id, group, style, &mut args)
+                let messages = scene.fix(id, group, style, &mut args)?;
+                self.fix_places.insert(id.text.clone(), statement.place());
+                Ok(messages)
             }
             Command::Unfix(c) => scene.unfix(&c.id),
             Command::Timestep(c) => {

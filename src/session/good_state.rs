@@ -1,13 +1,14 @@
 //! What is kept of a run: the last good state when one stops, and on the way where that is asked for (`--on-error checkpoint`).
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::run::RunError;
-use super::watch::{Watch, would_do};
+use super::watch::{Watch, short, would_do};
 use super::{Live, OnError, ScriptState, data};
 use crate::Error;
-use crate::engine::{Fault, GoodState, Program, Stop};
+use crate::engine::{Fault, GoodState, Program, StiffPair, Stop, Stride, shorter_timestep};
 use crate::script::Complaint;
 use crate::system::{SimulationBox, State, Vec3};
 
@@ -91,29 +92,51 @@ impl Live<'_> {
 
     /// Writes a good state; what there is to say of it.
     fn keep(&mut self, script: &ScriptState, good: &GoodState, program: &Program) -> String {
-        let path = self.good_path();
-        match data::write_good_state(&path, script, good, program) {
-            Ok(()) => format!("the state of step {} is in {} (read_data takes it)", good.step, path.display()),
+        match data::write_good_state(&self.good_path(), script, good, program) {
+            Ok(()) => self.stays(good.step),
             Err(e) => format!("the state of step {} could not be written: {e}", good.step),
         }
     }
 
-    /// A script ends early that has made steps: what they led to is kept.
+    /// Where the state of a step is, and whether it can be relied upon.
+    fn stays(&self, step: i64) -> String {
+        let when = match (self.alarm, self.doubt) {
+            (_, Some(doubt)) => format!(", doubtful after the warning of step {doubt},"),
+            (Some(alarm), None) if step >= alarm => format!(", doubtful after the warning of step {alarm},"),
+            (Some(_), None) => ", before the warning,".into(),
+            (None, None) => String::new(),
+        };
+        format!("the state of step {step}{when} is in {} (read_data takes it)", self.good_path().display())
+    }
+
+    /// A run begins with the particles of the scene.
+    pub fn begin_watched(&mut self, step: i64) {
+        self.doubt = self.doubt.or(self.alarm);
+        (self.particles_step, self.good, self.alarm) = (step, None, None);
+    }
+
+    /// A script ends early that has made steps: what they led to is kept, or what there was before the energy jumped.
     pub fn keep_scene(&mut self, script: &ScriptState) {
         if self.steps == 0 || self.kept || self.settings.no_files {
             return;
         }
         let Ok((program, ..)) = script.scene.program(self.settings.search) else { return };
-        if let Some(good) = of_scene(script, script.scene.step) {
-            let text = self.keep(script, &good, &program);
+        let text = match (self.alarm, self.checkpoints.written, self.good.take()) {
+            (Some(_), Some(step), good) if good.as_ref().is_none_or(|good| good.step <= step) => Some(self.stays(step)),
+            (Some(_), _, Some(good)) => Some(self.keep(script, &good, &program)),
+            _ => of_scene(script, script.scene.step).map(|good| self.keep(script, &good, &program)),
+        };
+        if let Some(text) = text {
             self.console.line(&capital(&text));
         }
+        self.kept = true;
     }
 
     /// The script is at its end: the last checkpoint is of its last step.
     pub fn last_checkpoint(&mut self, script: &ScriptState) {
         let step = script.scene.step;
-        if self.steps == 0 || self.alarmed || self.checkpoints.failed || self.checkpoints.written == Some(step) {
+        if self.steps == 0 || self.alarm.is_some() || self.checkpoints.failed || self.checkpoints.written == Some(step)
+        {
             return;
         }
         self.particles_step = step;
@@ -122,13 +145,19 @@ impl Live<'_> {
         }
     }
 
-    /// The latest state that can be relied upon, for a run that has come to an end this way.
-    fn last_good(&self, why: &mut Trouble, script: &ScriptState, under_way: bool) -> Option<GoodState> {
+    /// The latest state that can be relied upon, for a run that has come to an end this way; `watch` is that of a run under way.
+    fn last_good(
+        &mut self,
+        why: &mut Trouble,
+        script: &ScriptState,
+        program: &Arc<Program>,
+        watch: Option<&Watch>,
+    ) -> Option<GoodState> {
         let engine = match why {
             Trouble::Stop(Stop::Fault(fault)) => fault.last_good.take().map(|good| *good),
             // Of a device that has failed nothing can be had.
             Trouble::Stop(Stop::Device(_)) => None,
-            _ if !under_way => None,
+            _ if watch.is_none() => None,
             Trouble::Broken(_) => self.backend.last_build().ok().flatten(),
             Trouble::Complaint(_) | Trouble::Error(_) => {
                 let mut state = script.scene.state.clone();
@@ -138,8 +167,38 @@ impl Live<'_> {
             }
         };
         let engine = engine.filter(|good| can_be_read(&good.state, &good.simulation_box));
+        let Some(watch) = watch else {
+            return engine.or_else(|| of_scene(script, self.particles_step).filter(|_| self.steps > 0));
+        };
         // A script makes what its first run begins with; whatever came later is kept.
-        engine.or_else(|| of_scene(script, self.particles_step).filter(|_| under_way || self.steps > 0))
+        let scene = of_scene(script, self.particles_step);
+        let kept = self.good.take().filter(|good| can_be_read(&good.state, &good.simulation_box));
+        let clean = if watch.is_clean(self.particles_step) { scene.clone().or(kept) } else { kept };
+        // What the engine has may be later, but nobody has looked at it yet.
+        match engine {
+            Some(good) if clean.as_ref().is_none_or(|clean| good.step > clean.step) => {
+                if self.passes(&good, program, watch) { Some(good) } else { clean.or(scene).or(Some(good)) }
+            }
+            _ => clean.or(scene),
+        }
+    }
+
+    /// Whether a state passes the checks of its run, all at once: it is from before any jump, its energy is what it was, and its
+    /// fastest particle gives no sign. The engine is asked for energies anew, so it must not be needed any more.
+    fn passes(&mut self, good: &GoodState, program: &Arc<Program>, watch: &Watch) -> bool {
+        if watch.is_alarmed() && !watch.is_clean(good.step) {
+            return false;
+        }
+        let calm = Stride::fastest(program, &good.state).is_none_or(|stride| watch.is_calm(&stride, &good.state));
+        if !calm || !watch.needs().energy {
+            return calm;
+        }
+        let loaded = self.backend.load(program.clone(), &good.state, &good.simulation_box, good.step);
+        if loaded.is_err() || self.backend.set_up(watch.needs()).is_err() {
+            return false;
+        }
+        let neighbors = self.backend.statistics();
+        self.backend.sums().is_ok_and(|sums| watch.accepts(good.step, &sums, good.state.len(), &neighbors))
     }
 }
 
@@ -149,7 +208,7 @@ pub fn fail(
     mut why: Trouble,
     script: &ScriptState,
     live: &mut Live<'_>,
-    program: &Program,
+    program: &Arc<Program>,
     mut watch: Option<&mut Watch>,
 ) -> RunError {
     live.console.set_bar(None);
@@ -159,29 +218,29 @@ pub fn fail(
     let watch = watch.as_deref();
     live.console.end_table();
     live.kept = true;
-    let advice = match &why {
-        Trouble::Stop(Stop::Fault(fault)) => advice(fault, live, program, watch),
-        Trouble::Broken(_) => [None, watch.and_then(Watch::proposed).map(would_do)],
-        _ => [None, None],
+    live.alarm = watch.and_then(Watch::alarm);
+    if watch.is_some() && !matches!(why, Trouble::Stop(Stop::Device(_))) {
+        live.report_stop(script.scene.state.len());
+    }
+    let limited = matches!(&why, Trouble::Stop(Stop::Fault(fault)) if fault.is_limited(program));
+    let good = live.last_good(&mut why, script, program, watch);
+    let advice = match (&why, &good) {
+        (Trouble::Stop(Stop::Fault(fault)), good) => advice(fault, limited, live, program, watch, good.as_ref()),
+        (Trouble::Broken(_), Some(good)) => of_timestep(program, watch, good, None),
+        _ => Vec::new(),
     };
-    let checkpoint = live.checkpoints.written.filter(|_| watch.is_some_and(Watch::is_alarmed));
-    let kept = if live.settings.no_files {
-        None
-    } else if let Some(step) = checkpoint {
-        Some(format!(
-            "the state of step {step}, before the warning, is in {} (read_data takes it)",
-            live.good_path().display()
-        ))
-    } else {
-        let good = live.last_good(&mut why, script, watch.is_some());
-        good.map(|good| live.keep(script, &good, program))
+    let checkpoint = live.checkpoints.written.filter(|_| watch.is_some());
+    let kept = match (checkpoint, good) {
+        _ if live.settings.no_files => None,
+        (Some(step), good) if good.as_ref().is_none_or(|good| good.step <= step) => Some(live.stays(step)),
+        (_, good) => good.map(|good| live.keep(script, &good, program)),
     };
     // The words of what went wrong with output point into the script, or to a file.
     if let (Trouble::Complaint(_) | Trouble::Error(_), Some(text)) = (&why, &kept) {
         live.console.line(&capital(text));
     }
     let ended = |message: String| {
-        let lines: Vec<String> = [Some(message)].into_iter().chain(advice).chain([kept]).flatten().collect();
+        let lines: Vec<String> = [message].into_iter().chain(advice).chain(kept).collect();
         RunError::Error(Error::Fault(lines.join("\n  ")))
     };
     match why {
@@ -192,11 +251,36 @@ pub fn fail(
     }
 }
 
-/// What helps: in words, and a timestep where one would.
-fn advice(fault: &Fault, live: &Live<'_>, program: &Program, watch: Option<&Watch>) -> [Option<String>; 2] {
-    let timestep = watch.and_then(Watch::proposed).or_else(|| fault.timestep(program));
-    let timestep = timestep.filter(|_| fault.has_come_too_far());
-    [fault.advice(live.settings.precision), timestep.map(would_do)]
+/// What helps: in words, and a timestep where one would. `limited`: `fix nve/limit` moves the particle at fault.
+fn advice(
+    fault: &Fault,
+    limited: bool,
+    live: &Live<'_>,
+    program: &Program,
+    watch: Option<&Watch>,
+    good: Option<&GoodState>,
+) -> Vec<String> {
+    let mut lines: Vec<String> = fault.advice(live.settings.precision, limited).into_iter().collect();
+    if let Some(good) = good.filter(|good| fault.has_come_too_far() && good.step < fault.step) {
+        lines.extend(of_timestep(program, watch, good, Some(fault.id)));
+    }
+    lines
+}
+
+/// The stiffest pair of a good state, where it is too stiff for the timestep, and a timestep that would do from there on: for the
+/// fastest particle, that pair, and the particle with this id.
+fn of_timestep(program: &Program, watch: Option<&Watch>, good: &GoodState, id: Option<u32>) -> Vec<String> {
+    let stiff = StiffPair::of(program, &good.state, &good.simulation_box);
+    let told = stiff.filter(|pair| pair.omega_dt(program) > StiffPair::COARSE).map(|pair| {
+        let ([a, b], r, omega_dt) = (pair.ids, short(pair.distance), short(pair.omega_dt(program)));
+        format!(
+            "at step {} the stiffest pair is atoms {a} and {b} at distance {r} (omega dt = {omega_dt}, stable below 2)",
+            good.step
+        )
+    });
+    let needed = shorter_timestep(program, good, id);
+    let proposed = watch.and_then(Watch::proposed).into_iter().chain(needed).reduce(f64::min);
+    told.into_iter().chain(proposed.map(would_do)).collect()
 }
 
 /// The particles of the scene, which are those of a step, unless they are no numbers or out of the box.

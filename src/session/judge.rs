@@ -135,6 +135,9 @@ pub fn run(script: &Path, settings: &Settings) -> Result<Outcome, Error> {
         Some(Checkpoint { mut state, statement }) => {
             drop(end);
             let outcome = go_on(&mut state, statement, &mut live);
+            if matches!(outcome, Ok(Outcome::Interrupted)) && live.checkpoint_seconds().is_none() {
+                live.keep_scene(&state);
+            }
             (state, outcome)
         }
     };

@@ -18,7 +18,9 @@ pub use judge::{FirstRun, Judged, Neighbors, check, check_text, first_run, neigh
 pub use run::Outcome;
 pub use settings::{BackendChoice, OnError, Settings};
 
-use crate::engine::Backend;
+use std::collections::BTreeMap;
+
+use crate::engine::{Backend, GoodState};
 use crate::output::dump::DumpObserver;
 use crate::output::{Console, RunSummary, ThermoTable, WrittenFile};
 use crate::scene::SceneBuilder;
@@ -36,6 +38,8 @@ struct ScriptState {
     thermo: ThermoTable,
     thermo_style: ThermoStyleCommand,
     dumps: Vec<DumpSetup>,
+    /// Where each fix was defined (`file:line`), by its id.
+    fix_places: BTreeMap<String, String>,
     /// Sums of the last run, as long as they describe the current particles.
     last_run: Option<LastRun>,
     /// A run has been judged: values that depend on it are unknown.
@@ -71,8 +75,13 @@ struct Live<'a> {
     /// Step of the particles in the scene, which a run brings from the engine for outputs and at its end.
     particles_step: i64,
     checkpoints: good_state::Checkpoints,
-    /// The energy jumped in the last run: its states are not to be relied upon.
-    alarmed: bool,
+    /// The latest state of a run that has passed all checks and is no longer in the scene.
+    good: Option<GoodState>,
+    /// Step at which the energy or the temperature was found to have jumped in the last run: states from there on are not to be
+    /// relied upon.
+    alarm: Option<i64>,
+    /// The same of an earlier run: what the current one began with is not to be relied upon.
+    doubt: Option<i64>,
     /// A last good state has been written for what ended the script.
     kept: bool,
     started: std::time::Instant,

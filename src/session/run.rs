@@ -69,7 +69,7 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     let program = Arc::new(program);
     let schedule = ThermoSchedule { every: script.thermo_every, first };
     let mut watch = Watch::new(program.clone(), first, keep);
-    (live.particles_step, live.alarmed) = (first, false);
+    live.begin_watched(first);
     if keep {
         live.backend.continue_run(&program, &script.scene.state, first)?;
     } else {
@@ -106,7 +106,7 @@ pub fn run(script: &mut ScriptState, live: &mut Live<'_>, command: &RunCommand) 
     live.console.line(&memory_line(bytes));
     // Of the particles that the run begins with.
     let space = live.backend.simulation_box();
-    for sign in watch.look(first, (&script.scene.state, None), space, &live.backend.statistics()) {
+    for sign in watch.look(first, &script.scene.state, None, space, &live.backend.statistics()) {
         live.console.warning(&sign);
     }
     for line in script.thermo.header() {
@@ -245,6 +245,15 @@ fn set_up_messages(program: &Program, mixed: usize, mixable: usize, script: &Scr
         live.console.warning(&text);
     } else if program.pair.tail && script.scene.space.as_ref().is_some_and(|s| (0..3).any(|axis| !s.periodic(axis))) {
         live.console.warning("tail corrections (pair_modify tail) in a box with sides that are not periodic");
+    }
+    if let Some((first, second)) = program.moved_twice(&script.scene.state.mask) {
+        let fix = |place: usize| {
+            let fix = &program.fixes[place];
+            let defined = script.fix_places.get(&fix.id).map_or("", String::as_str);
+            format!("fix {} ({}, {defined})", fix.id, fix.style)
+        };
+        let (first, second) = (fix(first), fix(second));
+        live.console.warning(&format!("One or more atoms are time integrated more than once: by {first} and {second}"));
     }
     if !program.moves() {
         live.console.warning("no fix integrates the motion: atoms stay where they are");

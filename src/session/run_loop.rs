@@ -9,7 +9,7 @@ use super::run::{LAST_STEP, STOP};
 use super::watch::Watch;
 use super::{Live, ScriptState};
 use crate::Error;
-use crate::engine::{Needs, Program, Reached, Record, Snapshot, Sums};
+use crate::engine::{GoodState, Needs, Program, Reached, Record, Snapshot, Sums};
 use crate::output::{Progress, Quantities, SceneFacts, ThermoSchedule};
 use crate::script::Complaint;
 use crate::system::{LostAtoms, SimulationBox, State};
@@ -128,7 +128,9 @@ impl<'r, 'l> RunLoop<'r, 'l> {
         let mut reached = Reached::End;
         while self.now < next && reached == Reached::End {
             let ahead = self.pace(progress).clamp(1, next - self.now);
-            let needs = if self.now + ahead == next { wanted } else { Needs::default() };
+            // A checkpoint may be written there.
+            let between = self.live.checkpoint_seconds().map_or(Needs::default(), |_| self.watch.needs());
+            let needs = if self.now + ahead == next { wanted } else { between };
             reached = self.live.backend.advance(ahead as u64, needs, &STOP)?;
             // Whoever interrupts is shown everything.
             self.summed = needs.sums() || reached == Reached::Interrupted;
@@ -235,10 +237,31 @@ impl<'r, 'l> RunLoop<'r, 'l> {
     /// Particles of the current step, unless they are there.
     fn fetch(&mut self, there: bool) -> Result<(), Trouble> {
         if !there {
-            self.live.backend.fetch(&mut self.script.scene.state)?;
+            let aside = self.set_aside();
+            if let Err(error) = self.live.backend.fetch(&mut self.script.scene.state) {
+                if aside && let Some(good) = self.live.good.take() {
+                    self.script.scene.state = good.state;
+                }
+                return Err(error.into());
+            }
             self.live.particles_step = self.now;
         }
         Ok(())
+    }
+
+    /// The particles of the scene are about to be replaced: they are kept where they have passed all checks; tells whether
+    /// they have.
+    fn set_aside(&mut self) -> bool {
+        let step = self.live.particles_step;
+        if step == self.now || !self.watch.is_clean(step) {
+            return false;
+        }
+        let Some(simulation_box) = self.script.scene.space.clone() else { return false };
+        // The arrays of the one before are filled next.
+        let arrays = self.live.good.take().map(|good| good.state).unwrap_or_default();
+        let state = std::mem::replace(&mut self.script.scene.state, arrays);
+        self.live.good = Some(GoodState { step, state, simulation_box });
+        true
     }
 
     /// Shows sums to the watch, where they have the energy.
@@ -252,16 +275,15 @@ impl<'r, 'l> RunLoop<'r, 'l> {
     /// Has the watch look at particles, where they are there or it asks for them; tells whether they are.
     fn look(&mut self, fetched: bool) -> Result<bool, Trouble> {
         let neighbors = self.live.backend.statistics();
-        if !fetched && !self.watch.asks_for_particles(self.now, &neighbors) {
+        if !fetched && !self.watch.asks_for_particles(self.now, &neighbors) && !self.watch.keeps(self.now) {
             return Ok(false);
         }
-        let earlier = (!fetched).then(|| self.script.scene.state.clone());
         self.fetch(fetched)?;
         let (space, state) = (self.live.backend.simulation_box(), &self.script.scene.state);
-        for sign in self.watch.look(self.now, (state, earlier.as_ref()), space, &neighbors) {
+        for sign in self.watch.look(self.now, state, self.live.good.as_ref(), space, &neighbors) {
             self.live.console.warning(&sign);
         }
-        self.live.alarmed = self.watch.is_alarmed();
+        self.live.alarm = self.watch.alarm();
         Ok(true)
     }
 
@@ -269,6 +291,15 @@ impl<'r, 'l> RunLoop<'r, 'l> {
     fn checkpoint(&mut self, fetched: bool) -> Result<bool, Trouble> {
         if self.watch.is_alarmed() || !self.live.wants_checkpoint() {
             return Ok(fetched);
+        }
+        let mut fetched = fetched;
+        if self.summed && self.watch.needs().sums() {
+            self.sums = self.live.backend.sums()?;
+            self.see(true);
+            fetched = self.look(fetched)?;
+            if self.watch.is_alarmed() {
+                return Ok(fetched);
+            }
         }
         self.fetch(fetched)?;
         self.script.scene.space = Some(self.live.backend.simulation_box().clone());

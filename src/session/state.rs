@@ -1,5 +1,6 @@
 //! The script's side of a session, and the end of a run.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -28,6 +29,7 @@ impl ScriptState {
             thermo_every: 0,
             thermo_style,
             dumps: Vec::new(),
+            fix_places: BTreeMap::new(),
             last_run: None,
             judged_run: false,
             continues: false,
@@ -77,7 +79,9 @@ impl<'a> Live<'a> {
             steps: 0,
             particles_step: 0,
             checkpoints: Checkpoints::default(),
-            alarmed: false,
+            good: None,
+            alarm: None,
+            doubt: None,
             kept: false,
             started,
         }
@@ -96,6 +100,13 @@ impl Live<'_> {
         self.report.memory = MemoryReport::new(self.backend.bytes(), summary.atoms);
         self.report.timing = TimingReport::new(before.loop_s + summary.loop_seconds, self.steps, stages);
         self.summary = Some(summary.clone());
+    }
+
+    /// What is known of a run that stops: its neighbors and its memory.
+    pub fn report_stop(&mut self, atoms: usize) {
+        self.report.atoms = atoms as u64;
+        self.report.neighbors = NeighborReport::new(&self.backend.statistics(), self.backend.work(), atoms);
+        self.report.memory = MemoryReport::new(self.backend.bytes(), atoms);
     }
 
     /// The last lines: wall time, what was written and how fast; and the JSON report.

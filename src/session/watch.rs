@@ -9,7 +9,7 @@
 use std::sync::Arc;
 
 use crate::dynamics::Balance;
-use crate::engine::{Needs, NeighborStatistics, Program, Stride, Sums};
+use crate::engine::{GoodState, Needs, NeighborStatistics, Program, Stride, Sums, shorter_timestep};
 use crate::output::printf::format_g;
 use crate::system::temperature::{degrees_of_freedom, temperature};
 use crate::system::{SimulationBox, State};
@@ -27,6 +27,13 @@ const HOTTER: f64 = 2.0;
 
 /// How much of the kinetic energy has to have no source for the temperature to have jumped.
 const SOURCELESS: f64 = 0.5;
+
+/// A state that nobody has looked at is taken for a good one where its energy is off by this part of what calls for a warning.
+const TRUSTED: f64 = 0.25;
+
+/// Particles are kept at own steps from this one of a run on, where bringing them from the engine takes no time worth mentioning
+/// beside what the steps between take.
+const KEPT_FROM: i64 = 1 << 12;
 
 /// Collisions are reckoned anew for a particle so much faster than the last.
 const FASTER: f64 = 1.05;
@@ -97,6 +104,12 @@ pub struct Watch {
     fine: f64,
     /// The first timestep that was proposed: later states are spoiled by the one that the run has.
     proposed: Option<f64>,
+    /// States up to this step have passed all checks.
+    clean: i64,
+    /// Step of the first sign found after the start of the run.
+    sign: Option<i64>,
+    /// Step of the first jump of the energy or the temperature.
+    alarm: Option<i64>,
 }
 
 impl Watch {
@@ -123,6 +136,9 @@ impl Watch {
             told_temperature: false,
             fine: 0.0,
             proposed: None,
+            clean: first_step,
+            sign: None,
+            alarm: None,
         }
     }
 
@@ -147,7 +163,43 @@ impl Watch {
 
     /// The energy has jumped: states from here on are not to be relied upon.
     pub fn is_alarmed(&self) -> bool {
-        self.told_energy || self.told_temperature
+        self.alarm.is_some()
+    }
+
+    /// Step at which that was found.
+    pub fn alarm(&self) -> Option<i64> {
+        self.alarm
+    }
+
+    /// Whether the state of a step has passed all checks.
+    pub fn is_clean(&self, step: i64) -> bool {
+        step <= self.clean || (self.energy == Energy::Open && self.sign.is_none_or(|sign| step < sign))
+    }
+
+    /// Whether this is a step whose particles are to be kept: one of its own that are far apart.
+    pub fn keeps(&self, step: i64) -> bool {
+        step - self.first_step >= KEPT_FROM && self.sign.is_none() && self.next(step - 1) == step
+    }
+
+    /// Whether a particle gives no sign.
+    pub fn is_calm(&self, stride: &Stride, state: &State) -> bool {
+        let as_fine = stride.distance <= self.fine || stride.coarse(&self.program, state).is_none();
+        as_fine && !stride.leaves_skin(&self.program)
+    }
+
+    /// Whether energies of an earlier step are well within what calls for a warning; nothing is remembered.
+    pub fn accepts(&self, step: i64, sums: &Sums, atoms: usize, neighbors: &NeighborStatistics) -> bool {
+        let Some(first) = self.first.filter(|_| sums.broken().is_none()) else { return false };
+        let now = self.at(step, sums, atoms, neighbors);
+        match self.energy {
+            Energy::Stays => self.change(&first, &now).abs() <= TRUSTED * self.allowed(&first, &now),
+            Energy::Bath(_) => {
+                let before = self.before.unwrap_or(first);
+                let hot = now.temperature > self.hottest(&before);
+                !hot || self.change(&before, &now) <= TRUSTED * self.sourceless(&before, &now)
+            }
+            Energy::Open => true,
+        }
     }
 
     /// The timestep that was proposed first.
@@ -165,15 +217,7 @@ impl Watch {
         if self.energy == Energy::Open || sums.broken().is_some() {
             return;
         }
-        let units = &self.program.units;
-        let squares = sums.kinetic[0] + sums.kinetic[1] + sums.kinetic[2];
-        let now = Look {
-            step,
-            potential: sums.potential,
-            kinetic: 0.5 * units.mvv2e * squares,
-            temperature: temperature(squares, degrees_of_freedom(atoms), units),
-            pairs: neighbors.pairs,
-        };
+        let now = self.at(step, sums, atoms, neighbors);
         self.kinetic = self.kinetic.max(now.kinetic);
         if let (Some(first), Some(before)) = (self.first, self.before) {
             self.judge_energy(&first, &now);
@@ -183,6 +227,44 @@ impl Watch {
         }
         self.first.get_or_insert(now);
         self.before = Some(now);
+        if !self.found.is_empty() {
+            self.sign = self.sign.or(Some(step));
+            self.alarm = self.alarm.or(Some(step));
+        } else if self.sign.is_none() {
+            self.clean = step;
+        }
+    }
+
+    fn at(&self, step: i64, sums: &Sums, atoms: usize, neighbors: &NeighborStatistics) -> Look {
+        let units = &self.program.units;
+        let squares = sums.kinetic[0] + sums.kinetic[1] + sums.kinetic[2];
+        Look {
+            step,
+            potential: sums.potential,
+            kinetic: 0.5 * units.mvv2e * squares,
+            temperature: temperature(squares, degrees_of_freedom(atoms), units),
+            pairs: neighbors.pairs,
+        }
+    }
+
+    fn change(&self, before: &Look, now: &Look) -> f64 {
+        now.potential + now.kinetic - (before.potential + before.kinetic)
+    }
+
+    /// What the total energy may be off by.
+    fn allowed(&self, first: &Look, now: &Look) -> f64 {
+        ENERGY * self.kinetic + self.noise(first, now)
+    }
+
+    /// A temperature above this is looked at.
+    fn hottest(&self, before: &Look) -> f64 {
+        let bath = if let Energy::Bath(t) = self.energy { t } else { 0.0 };
+        HOTTER * before.temperature.max(bath)
+    }
+
+    /// What the total energy may have risen by where it is.
+    fn sourceless(&self, before: &Look, now: &Look) -> f64 {
+        SOURCELESS * now.kinetic + self.noise(before, now)
     }
 
     /// What truncation and rounding may change the energy by.
@@ -192,11 +274,8 @@ impl Watch {
     }
 
     fn judge_energy(&mut self, first: &Look, now: &Look) {
-        let change = now.potential + now.kinetic - (first.potential + first.kinetic);
-        if self.told_energy
-            || self.energy != Energy::Stays
-            || change.abs() <= ENERGY * self.kinetic + self.noise(first, now)
-        {
+        let change = self.change(first, now);
+        if self.told_energy || self.energy != Energy::Stays || change.abs() <= self.allowed(first, now) {
             return;
         }
         self.told_energy = true;
@@ -211,11 +290,9 @@ impl Watch {
     }
 
     fn judge_temperature(&mut self, before: &Look, now: &Look) {
-        let bath = if let Energy::Bath(t) = self.energy { t } else { 0.0 };
-        let change = now.potential + now.kinetic - (before.potential + before.kinetic);
         if self.told_temperature
-            || now.temperature <= HOTTER * before.temperature.max(bath)
-            || change <= SOURCELESS * now.kinetic + self.noise(before, now)
+            || now.temperature <= self.hottest(before)
+            || self.change(before, now) <= self.sourceless(before, now)
         {
             return;
         }
@@ -243,11 +320,12 @@ impl Watch {
         !self.found.is_empty() || (suspicious && !self.told_stride && step >= self.patience)
     }
 
-    /// Looks at particles; what is to be told. `earlier` is a state of the run that is less spoiled, if there is one.
+    /// Looks at particles; what is to be told. `good` is the latest state of the run that has passed all checks, if it is another.
     pub fn look(
         &mut self,
         step: i64,
-        (state, earlier): (&State, Option<&State>),
+        state: &State,
+        good: Option<&GoodState>,
         simulation_box: &SimulationBox,
         neighbors: &NeighborStatistics,
     ) -> Vec<String> {
@@ -270,12 +348,19 @@ impl Watch {
             return found;
         }
         let nearest = stride.nearest(state, simulation_box);
-        let proposed = self.proposed.or_else(|| stride.timestep(&program, state, nearest));
-        self.proposed = proposed.or_else(|| {
-            let earlier = earlier?;
-            let then = Stride::of(&program, earlier, earlier.id.iter().position(|id| *id == stride.id)?)?;
-            then.timestep(&program, earlier, then.nearest(earlier, simulation_box))
-        });
+        if self.proposed.is_none() {
+            let now = || GoodState { step, state: state.clone(), simulation_box: simulation_box.clone() };
+            let before = good.and_then(|good| shorter_timestep(&program, good, Some(stride.id)));
+            // What the energy has jumped into says little of a timestep; a mere stride does.
+            self.proposed = match before {
+                Some(before) if !found.is_empty() => Some(before),
+                _ => before.into_iter().chain(shorter_timestep(&program, &now(), None)).reduce(f64::min),
+            };
+        }
+        if step > self.first_step && self.sign.is_none() {
+            self.sign = Some(step);
+            self.clean = self.clean.min(step - 1);
+        }
         let end = self.end(nearest);
         let goes = format!("goes {} in a timestep", short(stride.distance));
         let fastest = format!("; the fastest is atom {}, which {goes}{end}", stride.id);
@@ -311,7 +396,7 @@ pub fn would_do(timestep: f64) -> String {
     format!("a timestep of {} would do", short(timestep))
 }
 
-fn short(x: f64) -> String {
+pub fn short(x: f64) -> String {
     format_g(x, 0, 4, false)
 }
 

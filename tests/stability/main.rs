@@ -16,7 +16,7 @@ mod symmetry;
 mod truth;
 
 use common::{ALL, Variant, advanced, fetched, variants};
-use octant::engine::{Backend, Program, Sums};
+use octant::engine::{Backend, Precision, Program, Sums};
 use octant::neighbor::Search;
 use octant::pair::{PairCoefficients, PairTable};
 use octant::system::{SimulationBox, State, Vec3};
@@ -40,6 +40,19 @@ fn program_of(style: &str, words: &[f64], masses: &[f64], skin: f64, timestep: f
 /// Lennard-Jones particles whose force ends at 2.5 without a step.
 fn smooth(timestep: f64) -> Program {
     program_of("lj/smooth/linear", &[1.0, 1.0, 2.5], &[1.0], 0.3, timestep)
+}
+
+/// What a force may be off by on any particle, over the RMS of pair forces. In double precision r^-14 makes 14 roundings of that of
+/// r^2 (1.1e-16 each), arithmetic adds some 8 more, and the nearest pairs of a liquid have up to 15 times the RMS: 4e-14, of which
+/// there may be several to a particle.
+fn force_error(variant: &Variant) -> f64 {
+    if variant.precision == Precision::Double { 1.5e-13 } else { variant.tolerance.force }
+}
+
+/// Relative error of the energy of a scene. In double precision the same 22 roundings of each pair, where attraction and repulsion
+/// leave a hundredth of either: 2.4e-13, all of one sign at worst, and as much for sums of up to 1e5 terms.
+fn energy_error(variant: &Variant) -> f64 {
+    if variant.precision == Precision::Double { 1e-12 } else { variant.tolerance.energy }
 }
 
 fn started(variant: &Variant, program: &Program, state: &State, space: &SimulationBox) -> Box<dyn Backend> {

@@ -6,7 +6,7 @@ use octant::system::{SimulationBox, State, Vec3};
 
 use crate::common::{Noise, Variant, free_or_periodic};
 use crate::rows::{Case, rounding};
-use crate::{advanced, by_definition, each, energy, fetched, program_of, smooth, started};
+use crate::{advanced, by_definition, each, energy, energy_error, fetched, force_error, program_of, smooth, started};
 
 const SECTION: &str = "stiff";
 
@@ -238,7 +238,7 @@ fn very_high_density() {
         let mut backend = started(variant, &program, &state, &space);
         let now = fetched(&*backend);
         let measured = "force error, worst atom over RMS of pair forces";
-        case.check(variant, measured, exact.worst(&now.f), variant.tolerance.force, "rounding of pair arithmetic");
+        case.check(variant, measured, exact.worst(&now.f), force_error(variant), "rounding of pair arithmetic");
         let start = energy(&backend.sums().unwrap());
         let mut most = 0.0f64;
         for _ in 0..20 {
@@ -248,7 +248,7 @@ fn very_high_density() {
         // U'' of the nearest pairs at 0.707; no mode of the crystal is faster than omega^2 = 8 U'' / m.
         let r: f64 = 0.5f64.sqrt();
         let omega2 = 8.0 * 4.0 * (156.0 * r.powi(-14) - 42.0 * r.powi(-8));
-        let bound = omega2 * timestep.powi(2) / 4.0 * (start - least) / n + variant.tolerance.energy * exact.energy / n;
+        let bound = omega2 * timestep.powi(2) / 4.0 * (start - least) / n + energy_error(variant) * exact.energy / n;
         case.check(
             variant,
             "largest change of the energy, per atom",

@@ -42,6 +42,7 @@ _SEED = 4711
 _REASON = "4 standard deviations, 1 in 16 000; the package estimates them from what is independent in the series"
 _LARGEST = "so many standard deviations that the largest of them is farther off 1 time in 16 000"
 _PROBABILITY = "a probability of 6e-5, as 4 standard deviations have it"
+_UNLIKELY = 6e-5
 _ORDER = "4 standard errors of a ratio of two fluctuations, and 2 % for the next order of the timestep"
 
 
@@ -79,9 +80,9 @@ def _velocities(bath: str, data: SimulationData) -> Iterator[Known]:
     yield Known(name, abs(float(mean)), _MOST, "standard deviations of the mean", _REASON)
     yield Known(name, abs(float(width)), _MOST, "standard deviations of the width", _REASON)
     probability = _quiet(pv.kinetic_energy.distribution, data, strict=True, verbosity=0)
-    # Stated so that small is good, as everywhere.
-    words = "1 - p of Kolmogorov and Smirnov's test of the distribution"
-    yield Known(name, 1.0 - float(probability), 1.0 - 6e-5, words, _PROBABILITY)
+    # Stated so that small is good, as everywhere, and so that the distance to the bound shows.
+    words = "-log10 p of Kolmogorov and Smirnov's test of the distribution"
+    yield Known(name, -float(np.log10(max(float(probability), 1e-300))), -float(np.log10(_UNLIKELY)), words, _PROBABILITY)
     groups = {"random_divisions": 3, "random_groups": 2, "random_division_seed": _SEED}
     parts = _quiet(pv.kinetic_energy.equipartition, data, **groups, **options)
     off = np.abs(np.array(parts, dtype=float))
@@ -102,11 +103,16 @@ def _energies(bath: str, cold: SimulationData, warm: SimulationData) -> Iterator
 
 
 def _steps(precision: str, time: float) -> Iterator[Known]:
-    """Fluctuation of the energy of an isolated fluid, of the square of the timestep."""
+    """Fluctuation of the energy of an isolated fluid, of the square of the timestep.
+
+    In single precision too: at a timestep of 0.001 the total energy of the 256 atoms fluctuates by 2.0e-3 in double and 2.2e-3
+    in single, and from row to row it changes by 0.8e-3 and 0.7e-3, so that rounding (1e-7 of a potential energy of 1300, 1.3e-4)
+    does not show beside it.
+    """
     runs = []
     for timestep in (0.004, 0.002, 0.001):
         fluid = replace(FLUID, timestep=timestep, fixes="fix move all nve")
-        runs.append((fluid, run(fluid, time, 0.004, precision="double" if precision == "single" else precision)))
+        runs.append((fluid, run(fluid, time, 0.004, precision=precision)))
     off = _quiet(pv.integrator.convergence, [_data(fluid, series, 3) for fluid, series in runs], verbose=False)
     errors = [_relative_error(series.total) for _, series in runs]
     error = max(np.hypot(a, b) for a, b in pairwise(errors))

@@ -1,5 +1,6 @@
 //! A program with its particles: builds and steps.
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -63,6 +64,8 @@ pub struct Engine<M: Mode> {
     /// Of each fix, the factors on velocities at the end of the last step and at the start of this one.
     pub(super) scales: Vec<[f64; 2]>,
     pub(super) thermostats: Vec<Thermostat>,
+    /// A thermostat precedes another fix that kicks the same atoms: each fix ends the step by itself.
+    pub(super) in_turn: bool,
     pub(super) half_kicks: Vec<M::Store>,
     pub(super) masses: Vec<M::Force>,
     pub(super) neighbor_cutoffs: Vec<f64>,
@@ -110,6 +113,7 @@ impl<M: Mode> Engine<M> {
             fixes: program.fixes.iter().filter_map(|fix| fix_kernel(fix, isa)).collect(),
             scales: vec![[1.0; 2]; program.fixes.len()],
             thermostats: Thermostat::all(&program.fixes),
+            in_turn: false,
             half_kicks: by_type(program.half_kicks().into_iter()),
             masses: by_type(program.masses.iter().copied()),
             neighbor_cutoffs: program.pair.neighbor_cutoffs(program.policy.skin),
@@ -252,22 +256,41 @@ impl<M: Mode> Engine<M> {
     /// The second half of the last step if it is still to be done, then the first half of the next one if there is one.
     fn move_particles(&mut self, initial: bool) {
         let last = std::mem::take(&mut self.half_done);
+        let all = 0..self.fixes.len();
         if self.thermostats.is_empty() {
-            return self.pass(if last { &[Phase::Last] } else { &[] }, initial);
+            return self.pass(if last { &[Phase::Last] } else { &[] }, all, initial);
         }
-        if last {
-            self.pass(&[Phase::Last], false);
-            // The first half of the next step may be under way.
-            self.ask_thermostats(Moment::EndOfStep, self.step - i64::from(initial));
+        // The first half of the next step may be under way.
+        let ending = self.step - i64::from(initial);
+        let mut ends: &[Phase] = &[];
+        if last && self.in_turn {
+            self.end_in_turn(ending);
+        } else if last {
+            self.pass(&[Phase::Last], all.clone(), false);
+            self.ask_thermostats(0..self.thermostats.len(), Moment::EndOfStep, ending);
+            ends = &[Phase::Measured];
         }
         if initial {
-            self.ask_thermostats(Moment::StartOfStep, self.step);
+            self.ask_thermostats(0..self.thermostats.len(), Moment::StartOfStep, self.step);
         }
-        self.pass(if last { &[Phase::Measured] } else { &[] }, initial);
+        self.pass(ends, all, initial);
     }
 
-    /// One pass over the particles: phases that end a step, then the first half of a step if there is one.
-    fn pass(&mut self, ends: &[Phase], initial: bool) {
+    /// The second half of a step, one fix after another: a thermostat scales what the fixes before it and its own kick have left.
+    fn end_in_turn(&mut self, step: i64) {
+        let mut next = 0;
+        for k in 0..self.thermostats.len() {
+            let place = self.thermostats[k].place;
+            self.pass(&[Phase::Last], next..place + 1, false);
+            self.ask_thermostats(k..k + 1, Moment::EndOfStep, step);
+            self.pass(&[Phase::Measured], place..place + 1, false);
+            next = place + 1;
+        }
+        self.pass(&[Phase::Last], next..self.fixes.len(), false);
+    }
+
+    /// One pass over the particles: phases of some fixes that end a step, then the first half of a step if there is one.
+    fn pass(&mut self, ends: &[Phase], which: Range<usize>, initial: bool) {
         let Self { moving, fixes, program, half_kicks, masses, isa, held, step, scales, .. } = self;
         let (dt, ids, step) = (M::Store::of(program.timestep), &held.id[..], *step);
         let progress = program.progress(step);
@@ -278,7 +301,8 @@ impl<M: Mode> Engine<M> {
             let kicks = Kicks { dt, half: half_kicks, masses, ids, step, progress, frames, first };
             let mut act = |phase: Phase| {
                 let start = usize::from(phase == Phase::Initial);
-                for (fix, scale) in fixes.iter().zip(&*scales).filter(|(fix, _)| fix.acts(phase)) {
+                let which = fixes[which.clone()].iter().zip(&scales[which.clone()]);
+                for (fix, scale) in which.filter(|(fix, _)| fix.acts(phase)) {
                     travel += fix.act(phase, &mut piece, &kicks, scale[start]).sqrt();
                 }
             };

@@ -67,6 +67,7 @@ impl<M: Mode> Loaded for Engine<M> {
                 (self.held.mask[k], self.moving.mask[k]) = (*mask, *mask);
             }
         }
+        self.take_turns();
     }
 
     fn advance(&mut self, steps: u64, needs: Needs, stop: &AtomicBool) -> Result<Reached, Fault> {

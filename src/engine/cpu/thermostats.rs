@@ -1,5 +1,7 @@
 //! Thermostats between two passes over the particles: what they are told, and what they make of it.
 
+use std::ops::Range;
+
 use super::engine::Engine;
 use super::mode::Mode;
 use super::sums::group_kinetic;
@@ -14,12 +16,19 @@ impl<M: Mode> Engine<M> {
             let members = moving.mask[..moving.len()].iter().filter(|mask| *mask & thermostat.group != 0).count();
             thermostat.freedom = degrees_of_freedom(members);
         }
-        self.ask_thermostats(Moment::SetUp, self.step);
+        self.take_turns();
+        self.ask_thermostats(0..self.thermostats.len(), Moment::SetUp, self.step);
     }
 
-    pub(super) fn ask_thermostats(&mut self, moment: Moment, step: i64) {
+    /// Finds out whether fixes have to end a step in turn, which depends on who is in which group.
+    pub(super) fn take_turns(&mut self) {
+        self.in_turn = self.program.thermostat_precedes(&self.moving.mask[..self.moving.len()]);
+    }
+
+    /// Asks some of the thermostats.
+    pub(super) fn ask_thermostats(&mut self, which: Range<usize>, moment: Moment, step: i64) {
         let Self { thermostats, program, scales, moving, isa, .. } = self;
-        for thermostat in thermostats {
+        for thermostat in &mut thermostats[which] {
             let kinetic = match moment {
                 Moment::StartOfStep => 0.0,
                 _ => group_kinetic(moving, &program.masses, thermostat.group, *isa),
@@ -37,6 +46,7 @@ impl<M: Mode> Engine<M> {
             let fix = &program.fixes[thermostat.place];
             thermostat.energy(fix, program.timestep, program.progress(*step))
         };
-        self.thermostats.iter().map(energy).sum()
+        // A sum over nothing would be -0.
+        self.thermostats.iter().map(energy).fold(0.0, |all, one| all + one)
     }
 }

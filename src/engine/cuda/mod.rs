@@ -58,6 +58,16 @@ pub struct CudaBackend {
     compiler: Rc<Compiler>,
 }
 
+/// Refuses the scenes whose fixes have to end a step one after another: kernels kick all particles before they measure.
+fn takes(program: &Program, state: &State) -> Result<(), Error> {
+    if !program.thermostat_precedes(&state.mask) {
+        return Ok(());
+    }
+    let text = "a thermostat (fix nvt) before another fix that integrates the same atoms: the GPU engine has no such order, the \
+                CPU engine has (--backend cpu)";
+    Err(Error::Unavailable(text.into()))
+}
+
 impl CudaBackend {
     /// The error says what is missing and how to get it.
     pub fn new(options: CudaOptions) -> Result<Self, Error> {
@@ -118,6 +128,7 @@ impl Backend for CudaBackend {
         simulation_box: &SimulationBox,
         step: i64,
     ) -> Result<(), Error> {
+        takes(&program, state)?;
         // What the last program held is given back first.
         self.engine = None;
         let (compiler, precision, tuning) = (self.compiler.clone(), self.precision, self.tuning);
@@ -131,6 +142,7 @@ impl Backend for CudaBackend {
     }
 
     fn continue_run(&mut self, program: &Program, state: &State, step: i64) -> Result<(), Error> {
+        takes(program, state)?;
         self.engine_mut().go_on(program, state, step).map_err(Error::Unavailable)
     }
 

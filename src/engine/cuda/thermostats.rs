@@ -48,7 +48,8 @@ impl Engine {
             let fix = &program.fixes[thermostat.place];
             thermostat.energy(fix, program.timestep, program.progress(control.step))
         };
-        self.thermostats.iter().map(energy).sum()
+        // A sum over nothing would be -0.
+        self.thermostats.iter().map(energy).fold(0.0, |all, one| all + one)
     }
 
     /// What each fix keeps from step to step.
