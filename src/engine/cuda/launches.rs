@@ -91,6 +91,9 @@ impl Engine {
                 }
                 return Ok(());
             }
+            if self.lose()? {
+                continue;
+            }
             self.redone += 1;
             if trouble & TROUBLE_CAPACITY != 0 {
                 let wanted = (f64::from(self.control.wanted) * GROWTH) as u32 + 8;

@@ -14,6 +14,7 @@ mod fixes;
 pub mod inspect;
 mod launches;
 mod layout;
+mod losses;
 mod memory;
 mod nvrtc;
 mod plan;
