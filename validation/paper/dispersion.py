@@ -231,15 +231,16 @@ def _filling(results: Results, pairs: Sequence[tuple[Row, Row]]) -> list[str]:
         *table(["search", *map(spaced, sizes)], [[name, *row] for name, row in cells.items()]),
     ]
     said = [
-        f"{where_} ({len(found)} cases) the sort takes {np.median([r[0] for r in found]):.2f} times as long in the "
+        f"where {where_} is filled ({len(found)} cases) the sort takes {np.median([r[0] for r in found]):.2f} times as long in the "
         f"middle, the list {np.median([r[1] for r in found]):.2f}"
         for where_, found in (
-            ("Where less than half is filled", ratios[True]),
-            ("where half or more is", ratios[False]),
+            ("less than half", ratios[True]),
+            ("half or more", ratios[False]),
         )
         if found
     ]
-    return [*lines, f"{'; '.join(said)}.", ""] if said else lines
+    whole = "; ".join(said)
+    return [*lines, f"{whole[:1].upper()}{whole[1:]}.", ""] if said else lines
 
 
 def _side(row: Row) -> float | None:
