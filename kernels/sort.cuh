@@ -127,6 +127,9 @@ __device__ u32 sort_particles(const Arrays& a, const Scene& s, Run& r, bool set_
 #else
     const bool sorted = false;
 #endif
+#ifdef LOSES
+    fill_holes(a, s, r);
+#endif
     u32 trouble = 0;
     for (u32 k = THREAD; k < r.n; k += THREADS) {
         Point p = position_of(a, s, r, k);
@@ -135,7 +138,12 @@ __device__ u32 sort_particles(const Arrays& a, const Scene& s, Run& r, bool set_
         for (u32 axis = 0; axis < 3; axis++)
             finite &= isfinite(p.x[axis]) && isfinite(axis_of(a.v, s, axis)[k]);
         if (!finite) trouble |= TROUBLE_POSITION;
-        else if (!wrap(s, p, image)) trouble |= TROUBLE_LOST;
+        else if (!wrap(s, p, image)) {
+            trouble |= TROUBLE_LOST;
+#ifdef LOSES
+            tell_lost(a, s, r, k, p);
+#endif
+        }
         if (!trouble && !write_key(a, s, r, k, p)) trouble |= TROUBLE_GRID;
         // Where there is trouble the host starts anew.
         if (!trouble && !sorted) count(a, k);
@@ -174,8 +182,12 @@ __device__ u32 sort_particles(const Arrays& a, const Scene& s, Run& r, bool set_
         }
         side_of(a.held_id, s, to, 1)[t] = side_of(a.held_id, s, r.parity, 1)[k];
         side_of(a.held_source, s, to, 1)[t] = side_of(a.held_source, s, r.parity, 1)[k];
+#ifdef HOMES
+        u32 home = side_of(a.held_home, s, r.parity, 1)[k];
 #ifdef STORAGE_SORT
-        side_of(a.held_home, s, to, 1)[t] = sorted ? a.new_home[k] : side_of(a.held_home, s, r.parity, 1)[k];
+        if (sorted) home = a.new_home[k];
+#endif
+        side_of(a.held_home, s, to, 1)[t] = home;
 #endif
 #if TYPES > 1
         side_of(a.held_kind, s, to, 1)[t] = side_of(a.held_kind, s, r.parity, 1)[k];

@@ -18,7 +18,7 @@ use octant::engine::cuda::ptx::{double_instructions, moves, pair_loops};
 use octant::engine::{Precision, Program, StorageSort};
 use octant::neighbor::{Search, SearchPlan};
 use octant::session::{Settings, first_run};
-use octant::system::{GROUP_ALL, Side, SimulationBox, State};
+use octant::system::{GROUP_ALL, LostAtoms, Side, SimulationBox, State};
 
 const ARCHITECTURES: [&str; 4] = ["sm_75", "sm_80", "sm_90", "sm_120"];
 
@@ -64,6 +64,12 @@ fn scenes() -> Vec<Scene> {
     sorted.fixes[0].group = 4;
     sorted.policy.check = false;
     add("storage sort, group".into(), sorted, gas(5000, 30.0, Side::Periodic));
+    for storage_sort in [None, Some(StorageSort { every: 1000, bin: 0.0 })] {
+        let (types, side) = if storage_sort.is_some() { (2, Side::Fixed) } else { (1, Side::Shrink) };
+        let losing = program(&[2.5, 2.0][..types], 0.3, Search::Trimmed);
+        let losing = Program { lost: LostAtoms::Ignore, storage_sort, ..losing };
+        add(format!("atoms are lost, {types} types"), losing, gas(5000, 30.0, side));
+    }
     let mut limited = program(&[2.5, 2.0], 0.3, Search::Trimmed);
     limited.fixes[0] = Fix { style: "nve/limit", group: 4, parameters: vec![0.1], ..Fix::default() };
     add("limited steps".into(), limited, gas(500, 20.0, Side::Periodic));

@@ -31,7 +31,7 @@ fn who_is_left(every: u64, drift: f64, speed: f64) {
     let state = gas(&space, drift, speed);
     let mut program = program(&[2.5, 2.0], 0.3, Search::Trimmed);
     (program.policy.every, program.policy.check, program.lost) = (every, false, LostAtoms::Ignore);
-    program.storage_sort = Some(StorageSort { every: 20, bin: 0.0 });
+    program.storage_sort = Some(StorageSort { every: 20, bin: 4.0 });
     let run = |variant: &Variant| -> Vec<(State, usize)> {
         let mut backend = started(variant, 1, &program, &state, &space);
         let mut ahead = || (advanced(variant, &mut *backend, 30), backend.lost());

@@ -147,9 +147,20 @@ impl Particles {
     /// Removes particles (ascending places) as LAMMPS does: axis after axis those that are beyond it, in storage order, the
     /// last particle filling each hole.
     pub fn remove(&mut self, lost: &[Lost], simulation_box: &SimulationBox) {
-        let axis = |place: usize| simulation_box.outside(&self.x[place]);
-        let lost: Vec<_> = lost.iter().filter_map(|one| Some((one.place, axis(one.place)?))).collect();
-        self.home = homes_without(&self.home, &lost);
+        let n = self.len();
+        let mut pass = vec![3; n];
+        for one in lost {
+            let axis = simulation_box.outside(&self.x[one.place]);
+            pass[self.home[one.place] as usize] = axis.unwrap_or(3);
+        }
+        let storage = survivors(&pass);
+        let mut home = vec![u32::MAX; n];
+        for (new, old) in storage.iter().enumerate() {
+            home[*old] = new as u32;
+        }
+        for place in &mut self.home {
+            *place = home[*place as usize];
+        }
         let keep: Vec<bool> = self.home.iter().map(|home| *home != u32::MAX).collect();
         retain(&mut self.x, &keep);
         retain(&mut self.v, &keep);
@@ -209,20 +220,6 @@ impl Particles {
         let (lo, hi) = self.bounds();
         Grid::new(plan, simulation_box, &lo, &hi, radius)
     }
-}
-
-/// Places in storage order once the lost particles, each with the axis it is lost along, have been taken out as LAMMPS does;
-/// `u32::MAX` for these. Particles are told by their places in `homes`.
-pub fn homes_without(homes: &[u32], lost: &[(usize, usize)]) -> Vec<u32> {
-    let mut pass = vec![3; homes.len()];
-    for (place, axis) in lost {
-        pass[homes[*place] as usize] = *axis;
-    }
-    let mut home = vec![u32::MAX; homes.len()];
-    for (new, old) in survivors(&pass).into_iter().enumerate() {
-        home[old] = new as u32;
-    }
-    homes.iter().map(|place| home[*place as usize]).collect()
 }
 
 /// Bins of about `bin` along each axis that storage order is sorted by, as LAMMPS counts them: one more or less is seen in

@@ -1,5 +1,7 @@
 //! The particles, as a structure of arrays in storage order.
 
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
 use nalgebra::Vector3;
 
 use super::simulation_box::SimulationBox;
@@ -109,19 +111,53 @@ pub fn bounds(positions: &[Vec3]) -> Option<(Vec3, Vec3)> {
     Some(positions.iter().fold((first, first), |(lo, hi), x| (lo.inf(x), hi.sup(x))))
 }
 
-/// Storage order after particles are taken out as LAMMPS does: first those whose entry in `axis` is 0, then 1, then 2, the
-/// last particle filling each hole; others stay. Returns old places.
-pub fn survivors(axis: &[usize]) -> Vec<usize> {
-    let mut storage: Vec<usize> = (0..axis.len()).collect();
-    for now in 0..3 {
-        let mut k = 0;
-        while k < storage.len() {
-            if axis[storage[k]] == now {
-                storage.swap_remove(k);
-            } else {
-                k += 1;
+/// What fills the holes that particles leave which are taken out of storage order as LAMMPS does: first those with axis 0, then 1,
+/// then 2, from the first place to the last, the last particle of all filling each hole.
+pub struct Holes {
+    /// Particles that are left.
+    pub left: usize,
+    /// Places of theirs and, as they were, those of the particles that go there; others stay where they are.
+    pub filled: BTreeMap<usize, usize>,
+}
+
+impl Holes {
+    /// `lost` are places out of `n`, each with its axis; the work grows with their number alone.
+    pub fn new(n: usize, lost: &[(usize, usize)]) -> Self {
+        let axis: HashMap<usize, usize> = lost.iter().copied().collect();
+        // Where those are that are lost along a later axis: they may have filled a hole before.
+        let mut at: HashMap<usize, usize> = lost.iter().map(|(place, _)| (*place, *place)).collect();
+        let (mut left, mut filled) = (n, BTreeMap::new());
+        for now in 0..3 {
+            let mut holes: BTreeSet<usize> =
+                lost.iter().filter(|(_, axis)| *axis == now).map(|(place, _)| at[place]).collect();
+            while let Some(hole) = holes.pop_first() {
+                left -= 1;
+                let last = filled.remove(&left).unwrap_or(left);
+                if hole == left {
+                    continue;
+                }
+                filled.insert(hole, last);
+                if let Some(place) = at.get_mut(&last) {
+                    *place = hole;
+                    if axis[&last] == now {
+                        holes.remove(&left);
+                        holes.insert(hole);
+                    }
+                }
             }
         }
+        Self { left, filled }
+    }
+}
+
+/// Storage order after particles are taken out: `axis` has 0, 1 or 2 for those that are (see [`Holes`]), 3 for others. Returns
+/// old places.
+pub fn survivors(axis: &[usize]) -> Vec<usize> {
+    let lost: Vec<(usize, usize)> = axis.iter().copied().enumerate().filter(|(_, axis)| *axis < 3).collect();
+    let holes = Holes::new(axis.len(), &lost);
+    let mut storage: Vec<usize> = (0..holes.left).collect();
+    for (to, from) in holes.filled {
+        storage[to] = from;
     }
     storage
 }
@@ -129,6 +165,7 @@ pub fn survivors(axis: &[usize]) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::system::RanPark;
     use crate::system::Side::{Fixed, Periodic, Shrink};
 
     #[test]
@@ -136,6 +173,28 @@ mod tests {
         // Particles 1 and 6 leave along x, 0 along y: 6 is last and goes, 5 fills the hole of 1, then 4 that of 0.
         assert_eq!(survivors(&[1, 0, 3, 3, 3, 3, 0]), [4, 5, 2, 3]);
         assert_eq!(survivors(&[0, 0]), [0; 0]);
+    }
+
+    #[test]
+    fn holes_are_filled_by_going_through_all_particles() {
+        let mut random = RanPark::new(5);
+        for _ in 0..2000 {
+            let (n, part) = (1 + (12.0 * random.uniform()) as usize, random.uniform());
+            let axis: Vec<usize> =
+                (0..n).map(|_| if random.uniform() < part { (3.0 * random.uniform()) as usize } else { 3 }).collect();
+            let mut storage: Vec<usize> = (0..n).collect();
+            for now in 0..3 {
+                let mut k = 0;
+                while k < storage.len() {
+                    if axis[storage[k]] == now {
+                        storage.swap_remove(k);
+                    } else {
+                        k += 1;
+                    }
+                }
+            }
+            assert_eq!(survivors(&axis), storage, "{axis:?}");
+        }
     }
 
     #[test]

@@ -42,6 +42,7 @@ SCENES = (
     Scene("storage sort, two types", "validation/bundle/sorted.in"),
     Scene("rows shorter than a row has threads", "validation/bundle/few.in"),
     Scene("shrinking sides", "inputs/slab.in", {"size": 4, "steps": 80}, ("mixed",)),
+    Scene("atoms are lost", "validation/bundle/open.in", {}, ("mixed", "single")),
     Scene("walls and gravity", "validation/scenes/walls.in", {"steps": 60}),
     Scene("sorted by radix", "inputs/melt.in", {"size": 4, "steps": 60}, ("mixed",), "octant:2.52+zorder+radix"),
     Scene("mostly empty", "inputs/dilute.in", {"size": 4, "steps": 100}, ("mixed",)),

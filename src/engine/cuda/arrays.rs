@@ -54,7 +54,7 @@ pub fn arrays(shape: &Shape) -> Vec<Array> {
         (true, "held_image", int, Columns(6)),
         (true, "held_id", u32, Columns(2)),
         (true, "held_source", u32, Columns(2)),
-        (shape.storage_sort, "held_home", u32, Columns(2)),
+        (shape.homes(), "held_home", u32, Columns(2)),
         (shape.types > 1, "held_kind", u32, Columns(2)),
         (shape.groups, "held_mask", u32, Columns(2)),
         (true, "fixed", int4, Columns(1)),
@@ -72,6 +72,8 @@ pub fn arrays(shape: &Shape) -> Vec<Array> {
         (true, "order", u32, Columns(1)),
         (shape.folded, "cell", u64, Columns(1)),
         (shape.storage_sort, "new_home", u32, Columns(1)),
+        // Who is lost, and what fills the holes.
+        (shape.loses, "losses", u32, Values),
         (true, "counts", u32, Buckets),
         (true, "starts", u32, Buckets),
         (true, "block_counts", u32, Blocks(1)),

@@ -181,14 +181,6 @@ impl Buffer {
         unsafe { result::memcpy_htod_sync(self.address + begin as u64, values) }.map_err(words)
     }
 
-    /// Copies one entry of so many bytes to another place of the same array.
-    pub fn copy_entry(&self, bytes: usize, from: usize, to: usize) -> Result<(), String> {
-        assert!((from.max(to) + 1) * bytes <= self.bytes, "a copy stays inside its array");
-        let at = |entry: usize| self.address + (entry * bytes) as u64;
-        // SAFETY: both ranges lie inside the buffer.
-        unsafe { result::memcpy_dtod_sync(at(to), at(from), bytes) }.map_err(words)
-    }
-
     /// Copies `count` values from entry `at` on to the host.
     pub fn read<T: Plain>(&self, at: usize, count: usize) -> Result<Vec<T>, String> {
         let begin = at * size_of::<T>();

@@ -64,6 +64,8 @@ pub struct Engine {
     pub(super) recorded: Vec<Sums>,
     pub(super) thermostats: Vec<Thermostat>,
     pub lost: usize,
+    /// The last launch came back for lost particles.
+    pub(super) losing: bool,
     /// Times that arrays had to grow, or the grid to move.
     pub redone: u64,
     /// Runs of particles have been longer than short entries can say.
@@ -129,6 +131,7 @@ impl Engine {
             recorded: Vec::new(),
             thermostats,
             lost: 0,
+            losing: false,
             redone: 0,
             long_runs: false,
             counting_from: step,

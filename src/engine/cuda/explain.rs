@@ -35,6 +35,7 @@ pub fn explain(engine: &Engine) -> Vec<String> {
         (!shape.folded, "sharing of table places (the grid is small)"),
         (!shape.inner, "inner list (the skin is narrow)"),
         (!shape.storage_sort, "sort of storage order"),
+        (!shape.loses, "atoms that are lost (none may be)"),
         (!shape.double_pairs, "f64 in the pair loop"),
     ] {
         if left_out {

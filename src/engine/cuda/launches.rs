@@ -78,6 +78,7 @@ impl Engine {
         loop {
             self.launch(&order)?;
             let Control { trouble, begin, .. } = self.control;
+            self.losing &= trouble != 0;
             if trouble == 0 && (begin == BEGIN_END || begin == BEGIN_MOVED) {
                 return Ok(());
             }
@@ -91,7 +92,8 @@ impl Engine {
                 }
                 return Ok(());
             }
-            if self.lose()? {
+            self.losing = self.lose()?;
+            if self.losing {
                 continue;
             }
             self.redone += 1;
@@ -128,7 +130,7 @@ impl Engine {
         let control = self.memory.get("control");
         (self.control.wanted, self.control.trouble) = (0, 0);
         (self.control.turn, self.control.barrier, self.control.met) = (0, [0; 2], [0; 2]);
-        (self.control.sort_trouble, self.control.marks) = (0, [0; MARKS as usize]);
+        (self.control.sort_trouble, self.control.lost, self.control.marks) = (0, 0, [0; MARKS as usize]);
         (self.control.recorded, self.summed) = (0, false);
         if self.control.begin == BEGIN_LIST {
             (self.control.entries, self.control.tests, self.control.taken) = (0, 0, 0);
@@ -140,7 +142,9 @@ impl Engine {
         let Compiled { advance, sort, list, conclude, recording, .. } = &self.compiled;
         let recording = recording.as_ref().filter(|_| order.record_stride != 0);
         let advance = recording.map_or(advance, |recording| &recording.advance);
-        for _ in 0..expected_builds(&before, before.step - self.counting_from) {
+        // Where one is lost another soon is, and kernels after that build would be launched for nothing.
+        let most = if self.losing { 1 } else { MOST_BUILDS as u64 };
+        for _ in 0..expected_builds(&before, before.step - self.counting_from).min(most) {
             advance.go(&parameters)?;
             sort.go(&parameters)?;
             list.go(&parameters)?;

@@ -121,6 +121,8 @@ numbers! {
     TENSOR_REACH = 8;
     /// Runs of sorted particles that a short entry can name, and bits of the place in one.
     RUNS = 16;
+    /// Lost particles of a build that the device takes out; more of them begin it on the host.
+    MOST_LOST = 4096;
     PLACE_BITS = 12;
 }
 
@@ -164,6 +166,9 @@ layout! {
         pub begin: u32,
         pub trouble: u32,
         pub sort_trouble: u32,
+        /// Particles that the sort found lost, and holes to fill before it.
+        pub lost: u32,
+        pub holes: u32,
         /// Longest row that was asked for.
         pub wanted: u32,
         /// Work that warps have taken in the list build, beyond the first of each.

@@ -1,80 +1,45 @@
 //! Atoms that leave through an open side and are lost: taken off the device, where the rest of the particles stays.
 
 use super::engine::Engine;
-use super::layout::{BEGIN_BUILD, TROUBLE_LOST};
-use crate::engine::particles::homes_without;
-use crate::system::{LostAtoms, Vec3};
-
-/// Lost atoms of one build that are taken off one by one. A hole costs a copy on the device for each array of particles; a build
-/// that begins on the host costs some milliseconds, whatever is lost.
-const FEW: usize = 64;
+use super::layout::{BEGIN_BUILD, MOST_LOST, TROUBLE_LOST};
+use crate::system::LostAtoms;
+use crate::system::state::Holes;
 
 impl Engine {
-    /// Takes lost atoms off, where the build had to stop for nothing else; the last particles fill the holes, and the build is
-    /// to begin anew. False where it has to begin on the host.
+    /// Says how lost particles are to be taken out, where the build had to stop for nothing else and is to begin anew; false where
+    /// it has to begin on the host.
     pub(super) fn lose(&mut self) -> Result<bool, String> {
-        let whole = self.memory.find("held_home").is_none();
-        if self.control.trouble != TROUBLE_LOST || self.program.lost == LostAtoms::Error || whole {
+        let Some(losses) = self.memory.find("losses") else { return Ok(false) };
+        let told = self.program.lost != LostAtoms::Error && self.control.lost <= MOST_LOST;
+        if self.control.trouble != TROUBLE_LOST || !told {
             return Ok(false);
         }
-        let lost = self.outside(&self.positions(true)?);
-        if lost.is_empty() || lost.len() > FEW {
-            return Ok(false);
+        let (n, count, room) = (self.control.n as usize, self.control.lost as usize, MOST_LOST as usize);
+        let column = |k: usize| losses.read::<u32>(k * room, count);
+        let (places, axes, homes) = (column(0)?, column(1)?, column(2)?);
+        let lost: Vec<(usize, usize)> =
+            homes.iter().zip(&axes).map(|(home, axis)| (*home as usize, *axis as usize)).collect();
+        let Holes { left, filled } = Holes::new(n, &lost);
+        let mut homes = vec![0; count];
+        for (home, old) in filled {
+            homes[old - left] = home as u32;
         }
-        let (n, pitch) = (self.control.n as usize, self.sizes.pitch as usize);
-        let side = self.control.parity as usize;
-        let mut homes: Vec<u32> = self.memory.get("held_home").read(side * pitch, n)?;
-        homes = homes_without(&homes, &lost);
-        let mut last = n;
-        // From the highest place down: what fills a hole is then never lost itself.
-        for (hole, _) in lost.iter().rev() {
-            last -= 1;
-            homes.swap_remove(*hole);
-            if *hole != last {
-                self.move_particle(last, *hole)?;
-            }
-        }
-        self.memory.get("held_home").write(side * pitch, &homes)?;
+        // Places where particles lie on the device, too; the order there is of no account.
+        let everyone: Vec<(usize, usize)> = places.iter().map(|place| (*place as usize, 0)).collect();
+        let filled = Holes::new(n, &everyone).filled;
+        let (mut from, mut to): (Vec<u32>, Vec<u32>) =
+            filled.iter().map(|(to, from)| (*from as u32, *to as u32)).unzip();
+        // Where one of the last is lost itself there is nothing to fill.
+        from.resize(count, 0);
+        to.resize(count, 0);
+        losses.write(0, &from)?;
+        losses.write(room, &to)?;
+        losses.write(2 * room, &homes)?;
         self.memory.get("counts").clear()?;
-        self.lost += lost.len();
-        self.control.n = last as u32;
+        self.lost += count;
+        (self.control.n, self.control.holes) = (left as u32, count as u32);
         // Shrink-wrapped sides were looked up with all of them, as LAMMPS does.
         (self.control.begin, self.control.bounded) = (BEGIN_BUILD, 1);
         Ok(true)
-    }
-
-    /// Places of particles that are outside the box after wrapping, ascending, each with the first axis along which it is.
-    fn outside(&self, positions: &[Vec3]) -> Vec<(usize, usize)> {
-        let axis = |x: &Vec3| {
-            let mut wrapped = *x;
-            self.simulation_box.wrap_once(&mut wrapped, &mut [0; 3]);
-            self.simulation_box.outside(&wrapped)
-        };
-        positions.iter().enumerate().filter_map(|(k, x)| axis(x).map(|axis| (k, axis))).collect()
-    }
-
-    /// Copies all that a build reads of a particle, but its place in storage order, to another place.
-    fn move_particle(&self, from: usize, to: usize) -> Result<(), String> {
-        let pitch = self.sizes.pitch as usize;
-        let side = self.control.parity as usize;
-        let store = if self.plan.shape.double_store { 8 } else { 4 };
-        let columns = [
-            ("x", store, 0, 3),
-            ("v", store, 0, 3),
-            ("held_x", 8, 3 * side, 3),
-            ("held_v", store, 3 * side, 3),
-            ("held_image", 4, 3 * side, 3),
-            ("held_id", 4, side, 1),
-            ("held_source", 4, side, 1),
-            ("held_kind", 4, side, 1),
-            ("held_mask", 4, side, 1),
-        ];
-        for (name, bytes, first, count) in columns {
-            let Some(buffer) = self.memory.find(name) else { continue };
-            for column in first..first + count {
-                buffer.copy_entry(bytes, column * pitch + from, column * pitch + to)?;
-            }
-        }
-        Ok(())
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::arrays::{Array, Count, arrays};
 use super::device::{Buffer, Device};
-use super::layout::{Control, RUNS};
+use super::layout::{Control, MOST_LOST, RUNS};
 use super::shape::Shape;
 use crate::neighbor::OCTANTS;
 
@@ -116,6 +116,7 @@ fn bytes(array: &Array, sizes: &Sizes) -> u64 {
         (Count::Values, "limits") => sizes.values.types.pow(2),
         (Count::Values, "coefficients") => sizes.values.coefficients,
         (Count::Values, "masses" | "half_kicks") => sizes.values.types,
+        (Count::Values, "losses") => 3 * u64::from(MOST_LOST),
         (Count::Values, "baths") => sizes.values.baths,
         (Count::Values, _) => sizes.values.codes,
     };

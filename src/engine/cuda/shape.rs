@@ -3,7 +3,7 @@
 use crate::dynamics::{Fix, Phase};
 use crate::engine::{Precision, Program};
 use crate::neighbor::{CellOrder, OCTANTS, Search, Sort};
-use crate::system::{GROUP_ALL, SimulationBox};
+use crate::system::{GROUP_ALL, LostAtoms, SimulationBox};
 
 /// Everything that decides the text of the kernels.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +47,8 @@ pub struct Shape {
     pub rebuilds: bool,
     pub check: bool,
     pub storage_sort: bool,
+    /// Particles that leave the box are lost, and the run goes on.
+    pub loses: bool,
     pub shrinks: bool,
     /// Types differ in mass.
     pub masses: bool,
@@ -104,6 +106,7 @@ impl Shape {
             rebuilds: !policy.once,
             check: policy.check && !policy.once,
             storage_sort: program.storage_sort.is_some_and(|sort| sort.every > 0),
+            loses: program.lost != LostAtoms::Error && periodic != 7,
             shrinks: simulation_box.shrinks(),
             masses: program.masses.windows(2).any(|pair| pair[0] != pair[1]),
             groups: program.fixes.iter().any(|fix| fix.group != GROUP_ALL),
@@ -117,6 +120,11 @@ impl Shape {
             blocks_at_least: 1,
             ahead: 0,
         }
+    }
+
+    /// Storage order changes.
+    pub fn homes(&self) -> bool {
+        self.storage_sort || self.loses
     }
 
     /// CUDA C type of positions and velocities, and its bytes.

@@ -24,6 +24,7 @@ const MOTION: Stage = ("kernels/motion.cuh", include_str!("../../../kernels/moti
 const CELLS: Stage = ("kernels/cells.cuh", include_str!("../../../kernels/cells.cuh"));
 const SCAN: Stage = ("kernels/scan.cuh", include_str!("../../../kernels/scan.cuh"));
 const RADIX: Stage = ("kernels/radix.cuh", include_str!("../../../kernels/radix.cuh"));
+const LOSSES: Stage = ("kernels/losses.cuh", include_str!("../../../kernels/losses.cuh"));
 const SORT: Stage = ("kernels/sort.cuh", include_str!("../../../kernels/sort.cuh"));
 const PRODUCTS: Stage = ("kernels/products.cuh", include_str!("../../../kernels/products.cuh"));
 const SEARCH: Stage = ("kernels/search.cuh", include_str!("../../../kernels/search.cuh"));
@@ -88,7 +89,7 @@ pub fn units(program: &Program, shape: &Shape) -> Vec<Unit> {
     let with_pairs = format!("{common}{}", pair_formulas(&program.pair, shape));
     vec![
         // Builds know nothing of the potential: scenes that differ in it alone share them.
-        unit(&["sort"], &common, &[CELLS, SCAN, RADIX, SORT, SORT_KERNEL]),
+        unit(&["sort"], &common, &[CELLS, SCAN, RADIX, LOSSES, SORT, SORT_KERNEL]),
         unit(&["list"], &common, &[CELLS, PRODUCTS, SEARCH, LIST_KERNEL]),
         unit(&["conclude"], &with_pairs, &[ROWS, FORCE, CONCLUDE]),
         unit(&["advance"], &with_pairs, &[ROWS, FORCE, ADVANCE]),
@@ -166,6 +167,8 @@ fn defines(program: &Program, shape: &Shape) -> String {
         ("REBUILDS", shape.rebuilds),
         ("CHECK", shape.check),
         ("STORAGE_SORT", shape.storage_sort),
+        ("HOMES", shape.homes()),
+        ("LOSES", shape.loses),
         ("SHRINKS", shape.shrinks),
         ("MASSES", shape.masses),
         ("GROUPS", shape.groups),

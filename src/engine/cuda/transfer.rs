@@ -82,8 +82,17 @@ impl Engine {
         let mut axes: [(Vec<f64>, Vec<f64>, Vec<i32>); 3] = Default::default();
         for (axis, to) in axes.iter_mut().enumerate() {
             let at = (side * 3 + axis) * pitch;
+            let mut x: Vec<f64> = self.memory.get("held_x").read(at, n)?;
             let v = if now { read("v", axis * pitch)? } else { read("held_v", at)? };
-            *to = (self.coordinates(now, axis)?, v, self.memory.get("held_image").read(at, n)?);
+            if now {
+                let moved = read("x", axis * pitch)?;
+                if store {
+                    x = moved;
+                } else {
+                    x.iter_mut().zip(moved).for_each(|(x, d)| *x += d);
+                }
+            }
+            *to = (x, v, self.memory.get("held_image").read(at, n)?);
         }
         let source: Vec<u32> = self.memory.get("held_source").read(side * pitch, n)?;
         let home = match self.memory.find("held_home") {
@@ -101,27 +110,6 @@ impl Engine {
             mask: of(&self.sources.mask),
             home,
         })
-    }
-
-    /// Coordinates along an axis as they are now, or as the last build left them; in the order of that build.
-    fn coordinates(&self, now: bool, axis: usize) -> Result<Vec<f64>, String> {
-        let (n, pitch) = (self.control.n as usize, self.sizes.pitch as usize);
-        let (side, store) = (self.control.parity as usize, self.plan.shape.double_store);
-        let moved = || read_reals(self.memory.get("x"), axis * pitch, n, store);
-        if now && store {
-            return moved();
-        }
-        let mut x: Vec<f64> = self.memory.get("held_x").read((side * 3 + axis) * pitch, n)?;
-        if now {
-            x.iter_mut().zip(moved()?).for_each(|(x, d)| *x += d);
-        }
-        Ok(x)
-    }
-
-    /// Positions as they are now, or as the last build left them; in the order of that build.
-    pub(super) fn positions(&self, now: bool) -> Result<Vec<Vec3>, String> {
-        let (x, y, z) = (self.coordinates(now, 0)?, self.coordinates(now, 1)?, self.coordinates(now, 2)?);
-        Ok((0..x.len()).map(|k| Vec3::new(x[k], y[k], z[k])).collect())
     }
 
     /// Forces in the order of the last build, force units.
