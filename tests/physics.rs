@@ -294,7 +294,7 @@ fn the_same_scene_far_from_the_origin_has_the_same_forces() {
         let rms = (near.iter().map(Vec3::norm_squared).sum::<f64>() / near.len() as f64).sqrt();
         for (near, far) in near.iter().zip(&far) {
             let error = (near - far).norm() / rms;
-            assert!(error < 100.0 * variant.tolerance.force, "{name}: {error}");
+            assert!(error < 2.0 * variant.tolerance.force, "{name}: {error}");
         }
     }
 }

@@ -39,7 +39,7 @@ def test_a_check_that_fails_is_never_behind_one_that_holds() -> None:
 
 
 def test_a_test_that_is_not_there_fails() -> None:
-    named = [one for one in stability.ELSEWHERE if one.suite == "precision"]
+    named = [one for one in stability.ELSEWHERE if one.suite == "neighbors"]
     verdicts = dict(stability.judge(f"test {named[0].test} ... ok\ntest {named[1].test} ... FAILED\n"))
     assert [verdicts[one] for one in named[:3]] == [stability.HOLDS, stability.FAILS, stability.FAILS]
     repeated = next(one for one in stability.ELSEWHERE if one.suite == "cuda_repeat")
@@ -61,9 +61,9 @@ def test_rows_of_several_machines_share_the_page(tmp_path: Path) -> None:
 
 
 def test_verdicts_of_a_gpu_stand_beside_those_of_here(tmp_path: Path) -> None:
-    one = next(one for one in stability.ELSEWHERE if one.suite == "precision")
+    one = next(one for one in stability.ELSEWHERE if one.suite == "neighbors")
     repeated = next(one for one in stability.ELSEWHERE if one.suite == "cuda_repeat")
-    logs = {"cuda_repeat": f"test {repeated.test} ... ok\n", "precision on cuda": f"test {one.test} ... FAILED\n"}
+    logs = {"cuda_repeat": f"test {repeated.test} ... ok\n", "neighbors on cuda": f"test {one.test} ... FAILED\n"}
     about = {"card": "0: NVIDIA X1, compute capability 9.0", "driver": "580", "commit": "abc"}
     outcomes = [{"part": "tests", "name": name, "log": f"{name.split()[0]}.log"} for name in [*logs, "tail on cuda"]]
     (tmp_path / "summary.json").write_text(json.dumps(about | {"outcomes": outcomes}), encoding="utf-8")
@@ -73,9 +73,10 @@ def test_verdicts_of_a_gpu_stand_beside_those_of_here(tmp_path: Path) -> None:
     assert gpu.where == "NVIDIA X1, driver 580, commit abc"
     here = [(one, stability.HOLDS), (repeated, stability.NOT_RUN)]
     text = stability.page([], here, "short form", gpu)
-    assert f"{one.test} | holds | **fails** |" in text and f"{repeated.test} | not run | holds |" in text
+    assert f"{one.test} | {one.bound} | holds | **fails** |" in text
+    assert f"{repeated.test} | {repeated.bound} | not run | holds |" in text
     assert "1 cases fail" in text and "not run | not run" not in text
-    assert f"{repeated.test} | not run | not run |" in stability.page([], here, "short form")
+    assert f"{repeated.test} | {repeated.bound} | not run | not run |" in stability.page([], here, "short form")
 
 
 def test_a_test_that_was_skipped_on_a_gpu_was_not_run_there(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ mod common;
 
 mod collisions;
 mod conservation;
+mod forces;
 mod geometry;
 mod overflow;
 mod rows;
