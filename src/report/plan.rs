@@ -61,6 +61,9 @@ pub const QUICK: Scale = Scale {
     price_rounds: 2,
 };
 
+/// Policies (every, delay, check) that are in use and may lack pairs.
+const CARELESS: [(u64, u64, bool); 3] = [(10, 10, false), (20, 0, false), (5, 10, true)];
+
 /// One measurement.
 #[derive(Clone, Debug)]
 pub enum Work {
@@ -116,9 +119,10 @@ impl Plan {
         let span = Span { time, reference_dt: dts[0] / FINER };
         let mut plan = Self { scale, span, fastest, pace: how, precisions, dts, usual, jobs: Vec::new() };
         plan.forces(study);
-        plan.errors(study);
+        let lists = Lists::new(study, options);
+        plan.errors(study, &lists);
         plan.averages(study);
-        plan.lists(study, options);
+        plan.lists(study, &lists);
         plan.prices(study);
         if let Some(lammps) = lammps {
             let lengths = plan.span.time + plan.energy_time();
@@ -160,9 +164,9 @@ impl Plan {
         }
     }
 
-    /// Points whose errors are measured: with the policy that lacks no pair in every precision, with the script's where that is another,
-    /// and with the other integrator in the usual one.
-    fn accuracy_points(&self, study: &Study) -> Vec<Point> {
+    /// Points whose errors are measured: with the policy that lacks no pair in every precision and by every integrator, with the
+    /// script's policy where that is another, and at the script's timestep with those that are careless.
+    fn accuracy_points(&self, study: &Study, lists: &Lists) -> Vec<Point> {
         let mut points = Vec::new();
         for potential in Self::potentials(study) {
             for dt in &self.dts {
@@ -170,17 +174,28 @@ impl Plan {
                 points.extend(self.precisions.iter().map(|precision| of(*precision)));
                 if potential == Potential::Own {
                     let own = Point { policy: study.program.policy, ..of(self.usual) };
-                    let euler2 = Point { integrator: Integrator::Euler2, ..of(self.usual) };
                     points.extend(Some(own).filter(|_| !is_safe(&own.policy)));
-                    points.extend(Some(euler2).filter(|_| study.is_plain()));
+                    let euler2 = |precision| Point { integrator: Integrator::Euler2, ..of(precision) };
+                    points.extend(self.euler2_precisions(study, lists).into_iter().map(euler2));
                 }
             }
         }
+        let careless = lists.careless.iter().filter(|_| lists.whole_grid);
+        points.extend(careless.map(|policy| Point { policy: *policy, ..study.own(self.usual) }));
         points
     }
 
-    fn errors(&mut self, study: &Study) {
-        let points = self.accuracy_points(study);
+    /// Precisions that the other integrator is measured in, where it can take the script's place.
+    fn euler2_precisions(&self, study: &Study, lists: &Lists) -> Vec<Precision> {
+        match (study.is_plain(), lists.whole_grid) {
+            (false, _) => Vec::new(),
+            (true, false) => vec![self.usual],
+            (true, true) => self.precisions.clone(),
+        }
+    }
+
+    fn errors(&mut self, study: &Study, lists: &Lists) {
+        let points = self.accuracy_points(study, lists);
         for point in &points {
             let steps = self.span.time / point.dt;
             self.add(&measure::TRAJECTORIES, point.cells(), steps, Work::Trajectory(*point));
@@ -201,20 +216,7 @@ impl Plan {
     }
 
     /// What depends on the list: pairs that it lacks, and time.
-    fn lists(&mut self, study: &Study, options: &Options) {
-        let (policy, cutoff) = (study.program.policy, study.program.pair.largest_cutoff());
-        let parts = if options.quick { &QUICK_SKINS[..] } else { &SKINS[..] };
-        // Two digits do.
-        let round = |x: f64| format!("{x:.1e}").parse().unwrap_or(x);
-        let mut skins =
-            options.skins.clone().unwrap_or_else(|| parts.iter().map(|part| round(part * cutoff)).collect());
-        skins.push(policy.skin);
-        skins.sort_unstable_by(f64::total_cmp);
-        skins.dedup();
-        let mut policies: Vec<Policy> = skins.iter().map(|skin| Policy { skin: *skin, ..study.safe() }).collect();
-        if !is_safe(&policy) {
-            policies.push(policy);
-        }
+    fn lists(&mut self, study: &Study, lists: &Lists) {
         let of = |precision, dt, policy| Point { dt, policy, ..study.own(precision) };
         let looks = self.scale.looks;
         let look = |plan: &mut Self, point: Point| {
@@ -222,30 +224,28 @@ impl Plan {
             plan.add(&measure::MISSING, point.cells(), steps, Work::Missing(point));
         };
         for dt in self.dts.clone() {
-            policies.iter().for_each(|policy| look(self, of(self.usual, dt, *policy)));
+            lists.policies.iter().for_each(|policy| look(self, of(self.usual, dt, *policy)));
         }
-        // What becomes of policies that are careless, by skin.
-        for (every, delay, check) in [(10, 10, false), (20, 0, false), (5, 10, true)] {
-            for skin in &skins {
-                let careless = Policy { every, delay, check, once: false, skin: *skin };
-                if careless != policy {
-                    look(self, of(self.usual, study.program.timestep, careless));
-                }
-            }
+        for policy in &lists.careless {
+            look(self, of(self.usual, study.program.timestep, *policy));
         }
         let mut points = Vec::new();
         for precision in self.precisions.clone() {
+            let euler2 = self.euler2_precisions(study, lists).contains(&precision);
             for dt in &self.dts {
-                points.extend(policies.iter().map(|policy| of(precision, *dt, *policy)));
+                let all: Vec<Point> = lists.policies.iter().map(|policy| of(precision, *dt, *policy)).collect();
                 let safe = of(precision, *dt, study.safe());
+                let others = if lists.whole_grid { &all[..] } else { std::slice::from_ref(&safe) };
+                let others = others.iter().map(|point| Point { integrator: Integrator::Euler2, ..*point });
+                points.extend(others.filter(|_| euler2));
+                points.extend(&all);
                 if study.has_force_shifted() {
                     points.push(Point { potential: Potential::ForceShifted, ..safe });
                 }
-                if study.is_plain() && precision == self.usual {
-                    points.push(Point { integrator: Integrator::Euler2, ..safe });
-                }
             }
         }
+        let careless = lists.careless.iter().filter(|_| lists.whole_grid);
+        points.extend(careless.map(|policy| of(self.usual, study.program.timestep, *policy)));
         for round in 1..=self.scale.rounds {
             for point in &points {
                 let key = [round.to_string()].into_iter().chain(point.cells()).collect();
@@ -273,5 +273,38 @@ impl Plan {
         if !self.jobs.iter().any(|job| job.table.name == table.name && job.key == key) {
             self.jobs.push(Job { table, key, steps, work });
         }
+    }
+}
+
+/// Skins and rebuild policies that are measured.
+struct Lists {
+    /// The policy that lacks no pair, with every skin, and the script's where that is another.
+    policies: Vec<Policy>,
+    /// Policies that may lack pairs, with every skin.
+    careless: Vec<Policy>,
+    /// Times and errors are measured of all of them, and of the other integrator in every precision.
+    whole_grid: bool,
+}
+
+impl Lists {
+    fn new(study: &Study, options: &Options) -> Self {
+        let (policy, cutoff) = (study.program.policy, study.program.pair.largest_cutoff());
+        let parts = if options.quick { &QUICK_SKINS[..] } else { &SKINS[..] };
+        // Two digits do.
+        let round = |x: f64| format!("{x:.1e}").parse().unwrap_or(x);
+        let mut skins =
+            options.skins.clone().unwrap_or_else(|| parts.iter().map(|part| round(part * cutoff)).collect());
+        skins.push(policy.skin);
+        skins.sort_unstable_by(f64::total_cmp);
+        skins.dedup();
+        let mut policies: Vec<Policy> = skins.iter().map(|skin| Policy { skin: *skin, ..study.safe() }).collect();
+        if !is_safe(&policy) {
+            policies.push(policy);
+        }
+        let each = |(every, delay, check)| {
+            skins.iter().map(move |skin| Policy { every, delay, check, once: false, skin: *skin })
+        };
+        let careless = CARELESS.into_iter().flat_map(each).filter(|careless| *careless != policy).collect();
+        Self { policies, careless, whole_grid: !options.quick }
     }
 }

@@ -115,7 +115,14 @@ impl Facts<'_> {
              at): policies that check nothing count as whole from 1e-6 on.",
             self.plan.scale.looks, self.plan.scale.look_atoms
         )));
+        let usual = self.plan.usual.name();
         let rows = self.store.rows(&MISSING).map(|row| {
+            let names = ["own", "own", usual, row.text("rebuild")];
+            let numbers = (row.number("dt"), row.number("skin"));
+            let of = points.iter().find(|p| {
+                names == [&p.potential, &p.integrator, &p.precision, &p.rebuild].map(String::as_str)
+                    && numbers == (Some(p.dt), Some(p.skin))
+            });
             let part = row.number("missing").zip(row.number("pairs")).map(|(m, all)| m / all.max(1.0));
             let text = |column: &str| row.text(column).to_string();
             vec![
@@ -132,6 +139,8 @@ impl Facts<'_> {
                         .map(|(_, all)| front::unseen(all)),
                 ),
                 text("missing_worst_look"),
+                maybe(of.map(|p| p.time.median).filter(|time| *time > 0.0)),
+                maybe(of.and_then(|p| p.trajectory)),
                 text("fault"),
             ]
         });
@@ -144,6 +153,8 @@ impl Facts<'_> {
             "part",
             "at most",
             "missing in the worst look",
+            &format!("s per time unit, {usual}"),
+            "trajectory error",
             "fault",
         ];
         blocks.push(table(&heads, rows.collect()));
