@@ -36,9 +36,18 @@ class Equation:
 #: differ by is how well either is known.
 THOL, KOLAFA = Equation("LJ126_TholJPCRD2016"), Equation("LJ126_KolafaNezbeda1994")
 
+#: How far U and P of N atoms are below those of many, times N. Measured with lj/smooth/linear 2.5 at T 1.5 and density 0.85, densest
+#: of the states: 256 atoms have U -3.8054 +- 0.0008 and P 5.9239 +- 0.0038, 864 have -3.8025 +- 0.0009 and 5.9407 +- 0.0047.
+_FINITE = np.array([1.1, 6.2])
+
+#: What the tail corrections of U and P miss as they take g(r) for 1: at most, with g(r) of 1372 atoms measured from a cutoff of 4 up
+#: to half of the box, where it differs from 1 by up to 0.03 (T 0.85, density 0.82; less at higher temperatures).
+_BEYOND = np.array([9e-5, 1.4e-4])
+
 _REASON = (
-    "4 standard errors, what the equations of Thol et al. and of Kolafa and Nezbeda differ by, 2e-3 for what N atoms and the "
-    "cutoff leave, and the timestep's shift of the distribution"
+    "4 standard errors, what the equations of Thol et al. and of Kolafa and Nezbeda differ by, the timestep's shift of the "
+    "distribution, what N atoms are off (1.1/N in U, 6.2/N in P, measured between 256 and 864 atoms) and what tail corrections miss "
+    "(1e-4, from g(r) beyond the cutoff)"
 )
 
 
@@ -55,7 +64,8 @@ def checks(*, long: bool, precision: str) -> Iterator[Known]:
         found = (series.potential / fluid.atoms, series.pressure + density * temperature / fluid.atoms)
         for k, what in enumerate(("U", "P")):
             value, error = mean(found[k])
-            known = abs(expected[k] - other[k]) + 2e-3 + abs(hotter[k] - expected[k])
+            left = _FINITE[k] / fluid.atoms + _BEYOND[k]
+            known = abs(expected[k] - other[k]) + left + abs(hotter[k] - expected[k])
             name = f"Lennard-Jones equation of state (Thol et al. 2016), T {temperature:g}, density {density:g}"
             words = f"{what} {value:.4f} +- {error:.4f}, equation {expected[k]:.4f}: difference"
             yield Known(name, float(abs(value - expected[k])), float(4.0 * error + known), words, _REASON)
