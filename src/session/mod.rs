@@ -3,6 +3,7 @@
 mod commands;
 mod data;
 mod driven;
+mod energies;
 mod environment;
 mod good_state;
 mod judge;

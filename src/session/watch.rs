@@ -8,10 +8,9 @@
 
 use std::sync::Arc;
 
-use crate::dynamics::Balance;
+use super::energies::{Energy, Look};
 use crate::engine::{GoodState, Needs, NeighborStatistics, Program, Stride, Sums, shorter_timestep};
 use crate::output::printf::format_g;
-use crate::system::temperature::{degrees_of_freedom, temperature};
 use crate::system::{SimulationBox, State};
 
 /// Steps between two looks of its own, in the long run. After the start of a run they come sooner: after 1, 4, 16 steps and so on.
@@ -40,43 +39,6 @@ const FASTER: f64 = 1.05;
 
 /// Rounding of energies in single precision, generously, in potential energies.
 const ROUNDING: f64 = 1e-4;
-
-/// What the energy of a scene should do.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Energy {
-    /// Stay what it is.
-    Stays,
-    /// Follow baths up to this temperature.
-    Bath(f64),
-    /// Unknown.
-    Open,
-}
-
-impl Energy {
-    fn of(program: &Program) -> Self {
-        let one = |fix: &crate::dynamics::Fix| match fix.balance() {
-            Balance::Conserves => Self::Stays,
-            Balance::Bath(places) => Self::Bath(places.map(|k| fix.parameters[k]).into_iter().fold(0.0, f64::max)),
-            Balance::Open => Self::Open,
-        };
-        program.fixes.iter().map(one).fold(Self::Stays, |all, one| match (all, one) {
-            (Self::Open, _) | (_, Self::Open) => Self::Open,
-            (Self::Bath(a), Self::Bath(b)) => Self::Bath(a.max(b)),
-            (Self::Bath(t), Self::Stays) | (Self::Stays, Self::Bath(t)) => Self::Bath(t),
-            (Self::Stays, Self::Stays) => Self::Stays,
-        })
-    }
-}
-
-/// Energies at a step, energy units.
-#[derive(Clone, Copy, Debug)]
-struct Look {
-    step: i64,
-    potential: f64,
-    kinetic: f64,
-    temperature: f64,
-    pairs: u64,
-}
 
 /// Watches one run.
 pub struct Watch {
@@ -190,13 +152,13 @@ impl Watch {
     /// Whether energies of an earlier step are well within what calls for a warning; nothing is remembered.
     pub fn accepts(&self, step: i64, sums: &Sums, atoms: usize, neighbors: &NeighborStatistics) -> bool {
         let Some(first) = self.first.filter(|_| sums.broken().is_none()) else { return false };
-        let now = self.at(step, sums, atoms, neighbors);
+        let now = Look::at(&self.program, step, sums, atoms, neighbors);
         match self.energy {
-            Energy::Stays => self.change(&first, &now).abs() <= TRUSTED * self.allowed(&first, &now),
+            Energy::Stays => now.change(&first).abs() <= TRUSTED * self.allowed(&first, &now),
             Energy::Bath(_) => {
                 let before = self.before.unwrap_or(first);
                 let hot = now.temperature > self.hottest(&before);
-                !hot || self.change(&before, &now) <= TRUSTED * self.sourceless(&before, &now)
+                !hot || now.change(&before) <= TRUSTED * self.sourceless(&before, &now)
             }
             Energy::Open => true,
         }
@@ -217,7 +179,7 @@ impl Watch {
         if self.energy == Energy::Open || sums.broken().is_some() {
             return;
         }
-        let now = self.at(step, sums, atoms, neighbors);
+        let now = Look::at(&self.program, step, sums, atoms, neighbors);
         self.kinetic = self.kinetic.max(now.kinetic);
         if let (Some(first), Some(before)) = (self.first, self.before) {
             self.judge_energy(&first, &now);
@@ -233,22 +195,6 @@ impl Watch {
         } else if self.sign.is_none() {
             self.clean = step;
         }
-    }
-
-    fn at(&self, step: i64, sums: &Sums, atoms: usize, neighbors: &NeighborStatistics) -> Look {
-        let units = &self.program.units;
-        let squares = sums.kinetic[0] + sums.kinetic[1] + sums.kinetic[2];
-        Look {
-            step,
-            potential: sums.potential,
-            kinetic: 0.5 * units.mvv2e * squares,
-            temperature: temperature(squares, degrees_of_freedom(atoms), units),
-            pairs: neighbors.pairs,
-        }
-    }
-
-    fn change(&self, before: &Look, now: &Look) -> f64 {
-        now.potential + now.kinetic - (before.potential + before.kinetic)
     }
 
     /// What the total energy may be off by.
@@ -274,7 +220,7 @@ impl Watch {
     }
 
     fn judge_energy(&mut self, first: &Look, now: &Look) {
-        let change = self.change(first, now);
+        let change = now.change(first);
         if self.told_energy || self.energy != Energy::Stays || change.abs() <= self.allowed(first, now) {
             return;
         }
@@ -292,7 +238,7 @@ impl Watch {
     fn judge_temperature(&mut self, before: &Look, now: &Look) {
         if self.told_temperature
             || now.temperature <= self.hottest(before)
-            || self.change(before, now) <= self.sourceless(before, now)
+            || now.change(before) <= self.sourceless(before, now)
         {
             return;
         }
