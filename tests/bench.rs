@@ -75,8 +75,8 @@ fn variants_run() {
     for scene in ["lj", "morse", "two-types"] {
         assert!(speed(scene, "force_error_rms") < 1e-5);
     }
-    // A row at every step takes its time.
-    assert!(speed("sums", "output_us") > 1.0 && speed("lj", "output_us") < speed("sums", "output_us"));
+    // Rows are asked for at every step: what they take has a stage of its own.
+    assert!(speed("sums", "output_us") > 0.0);
 }
 
 #[test]
