@@ -1,6 +1,7 @@
 //! What the page says of the scene, of work and precision, and of the order: every number was measured and stands in a CSV file.
 
 use super::Options;
+use super::broken;
 use super::charts;
 use super::front::{self, Found, Lists, SAFE};
 use super::lammps;
@@ -264,24 +265,12 @@ impl Facts<'_> {
                 short(self.drift_limit().unwrap_or(0.0))
             )));
         }
-        let faults: Vec<Vec<String>> = points
-            .iter()
-            .filter(|p| !p.fault.is_empty())
-            .map(|p| {
-                vec![
-                    named(&p.potential),
-                    named(&p.integrator),
-                    p.precision.clone(),
-                    p.dt.to_string(),
-                    p.rebuild.clone(),
-                    p.fault.clone(),
-                ]
-            })
-            .collect();
+        let faults = broken::rows(points);
         if !faults.is_empty() {
-            blocks.push(Block::Text("Settings that broke the scene:".into()));
-            blocks
-                .push(table(&["potential", "integrator", "precision", "dt", "neigh_modify", "what happened"], faults));
+            blocks.push(Block::Text(
+                "Settings that broke the scene (skins and precisions of one row were measured each):".into(),
+            ));
+            blocks.push(table(&broken::HEADS, faults));
         }
         blocks.push(Block::Text(
             "Force errors are against sums over all pairs in double precision on the melted positions, relative to the RMS force:".into(),

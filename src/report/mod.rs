@@ -1,5 +1,6 @@
 //! `octant report`: error against run time of the user's own scene, by precision, time step, list and integrator.
 
+mod broken;
 mod chart;
 mod charts;
 mod content;

@@ -50,6 +50,7 @@ impl Facts<'_> {
                 named(row.text("integrator")),
                 text("precision"),
                 text("dt"),
+                text("skin"),
                 text("rebuild"),
                 pair("drift_plain", "drift_plain_error"),
                 maybe(number("fluctuation_plain")),
@@ -65,6 +66,7 @@ impl Facts<'_> {
             "integrator",
             "precision",
             "dt",
+            "skin",
             "neigh_modify",
             "E plain: drift",
             "fluctuation",
@@ -190,6 +192,7 @@ impl Facts<'_> {
                 format!("script's, with {}", self.study.thermostats.join(", ")),
                 text("precision"),
                 text("dt"),
+                self.study.program.policy.skin.to_string(),
                 SAFE.into(),
                 pair("temperature", "temperature_error"),
                 pair("potential_energy", "potential_energy_error"),
@@ -205,6 +208,7 @@ impl Facts<'_> {
                 named(row.text("integrator")),
                 text("precision"),
                 text("dt"),
+                text("skin"),
                 text("rebuild"),
                 maybe(row.number("temperature")),
                 with_error(row.number("potential_energy"), row.number("potential_energy_error")),
@@ -221,7 +225,7 @@ impl Facts<'_> {
         let rows = held.chain(rows);
         let rows: Vec<Vec<String>> = rows.collect();
         let mut heads: Vec<String> =
-            ["potential", "integrator", "precision", "dt", "neigh_modify", "T", "U per atom", "P"]
+            ["potential", "integrator", "precision", "dt", "skin", "neigh_modify", "T", "U per atom", "P"]
                 .map(String::from)
                 .to_vec();
         heads.extend(reference("U").map(|u| format!("U from {}", short(u))));
