@@ -88,14 +88,14 @@ fn tail_corrections_a_thermostat_and_values_of_the_script() {
     );
     let page = folder.read("report.md");
     let shown = page_rows(&page, "Averages");
-    assert_eq!(shown[0][8..], ["U from -5.5", "P from 1"]);
+    assert_eq!(shown[0][9..], ["U from -5.5", "P from 1"]);
     for row in &shown[1..] {
         let expected = match (row[0], row[1]) {
             ("script's", "script's, with nvt") => "error bars",
             ("script's", _) => "not judged: no thermostat, another temperature",
             _ => "not judged: another Hamiltonian",
         };
-        assert!(row[8..].iter().all(|cell| cell.ends_with(expected)), "{row:?}");
+        assert!(row[9..].iter().all(|cell| cell.ends_with(expected)), "{row:?}");
     }
     assert!(shown.iter().any(|row| row[1] == "script's, with nvt"));
 }
