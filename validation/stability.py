@@ -117,6 +117,9 @@ ELSEWHERE = (
               "second order: a step of half the length has a quarter of the error, to a tenth and rounding"),
 )  # fmt: skip
 
+#: Key of the line of a file of checks that says where they are from.
+_ORIGIN = "origin"
+
 HOLDS, FAILS, NOT_RUN = "holds", "**fails**", "not run"
 
 _WORDS = {PASSED: HOLDS, FAILED: FAILS, SKIPPED: NOT_RUN}
@@ -143,8 +146,21 @@ class Line:
 
 def read_rows(paths: Iterable[Path]) -> list[dict[str, Any]]:
     """Checks as the suite has written them, in the order of the files."""
+    return [row for row in _read(paths) if _ORIGIN not in row]
+
+
+def read_origin(paths: Iterable[Path]) -> str | None:
+    """Where and of which commit checks that were kept are; those of a GPU have that elsewhere."""
+    return next((row[_ORIGIN] for row in _read(paths) if _ORIGIN in row), None)
+
+
+def _read(paths: Iterable[Path]) -> list[dict[str, Any]]:
     text = "\n".join(path.read_text(encoding="utf-8") for path in paths)
     return [json.loads(line) for line in text.splitlines() if line.strip()]
+
+
+def _here() -> str:
+    return f"{report.machine()}, commit {report.commit()}"
 
 
 def lines_of(rows: Iterable[dict[str, Any]]) -> list[Line]:
@@ -187,9 +203,13 @@ def read_gpu(folder: Path) -> Gpu:
 
 
 def page(
-    lines: Sequence[Line], elsewhere: Sequence[tuple[Elsewhere, str]], form: str, gpu: Gpu | None = None
+    lines: Sequence[Line],
+    elsewhere: Sequence[tuple[Elsewhere, str]],
+    form: str,
+    gpu: Gpu | None = None,
+    origin: str | None = None,
 ) -> str:
-    """The page as Markdown."""
+    """The page as Markdown; `origin` is where the checks are from, if not from here."""
     found = gpu.tests if gpu else {}
     verdicts = [(one, verdict, found.get((one.suite, one.test), NOT_RUN)) for one, verdict in elsewhere]
     failed = {line.case for line in lines if not line.holds} | {one.case for one, *both in verdicts if FAILS in both}
@@ -197,7 +217,7 @@ def page(
     text = [
         "# Stability: stiff, extreme, overflowing and long scenes",
         "",
-        f"{count} checks of {cases} cases ({form}) by `make stability`, {report.machine()}, commit {report.commit()}"
+        f"{count} checks of {cases} cases ({form}) by `make stability`, {origin or _here()}"
         + (f"; on the GPU: {gpu.where}. " if gpu else ". ")
         + (f"**{len(failed)} cases fail.**" if failed else "All hold."),
         "",
@@ -295,12 +315,13 @@ def main() -> int:
     parser.add_argument("--cargo", default="--release", metavar="FLAGS", help="flags of `cargo test` (--release)")
     arguments = parser.parse_args()
     form = "short" if arguments.short else "full"
+    origin = None
     if arguments.rows:
-        rows = read_rows(arguments.rows)
+        rows, origin = read_rows(arguments.rows), read_origin(arguments.rows)
     else:
         with tempfile.TemporaryDirectory(prefix="stability-") as folder:
             path = arguments.keep or Path(folder) / "rows.jsonl"
-            path.unlink(missing_ok=True)
+            path.write_text(json.dumps({_ORIGIN: _here()}) + "\n", encoding="utf-8")
             run_suite(arguments.cargo.split(), path, form)
             run_truth(path, form)
             rows = read_rows([path])
@@ -309,7 +330,7 @@ def main() -> int:
     gpu = read_gpu(arguments.gpu) if arguments.gpu else None
     elsewhere = run_elsewhere(arguments.cargo.split())
     lines = lines_of(rows)
-    arguments.page.write_text(page(lines, elsewhere, f"{form} form", gpu), encoding="utf-8")
+    arguments.page.write_text(page(lines, elsewhere, f"{form} form", gpu, origin), encoding="utf-8")
     failed = [line for line in lines if not line.holds]
     for line in failed:
         found = f"{line.measured} {line.value:.3g}, at most {line.bound:.3g}"

@@ -95,7 +95,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::session::{Prepared, Settings};
+    use crate::session::{Driven, Prepared, Settings};
 
     #[test]
     fn every_scene_is_the_same_liquid() {
@@ -114,6 +114,17 @@ mod tests {
             let mean = program.pair.neighbor_cutoffs(0.4).iter().map(|r| r.powi(3)).sum::<f64>()
                 / program.pair.pairs.len() as f64;
             assert!((mean / (CUTOFF + 0.4).powi(3) - 1.0).abs() < 0.005, "{}: {mean}", scene.name());
+        }
+    }
+
+    #[test]
+    fn sums_are_asked_for_at_every_step_of_one_scene() {
+        for scene in Scene::ALL {
+            let settings = Settings::default();
+            let prepared = Prepared::new(scene.name(), &scene.script(Cells::nearest(500), 0.4), &settings).unwrap();
+            let mut driven = Driven::new(prepared, &settings).unwrap();
+            driven.carry_out(&format!("thermo {}\nrun 5", scene.thermo())).unwrap();
+            assert_eq!(driven.take_thermo().len(), if scene == Scene::Sums { 6 } else { 2 }, "{}", scene.name());
         }
     }
 

@@ -16,7 +16,6 @@ pub const HEADS: [&str; 7] =
 
 /// A row for each group with a point that broke.
 pub fn rows(points: &[Found]) -> Vec<Vec<String>> {
-    let key = |p: &Found| (p.potential.clone(), p.integrator.clone(), p.dt.to_bits(), p.rebuild.clone());
     let mut groups: Vec<Group> = Vec::new();
     for point in points.iter().filter(|p| !p.fault.is_empty()) {
         match groups.iter_mut().find(|group| key(group.broken[0]) == key(point)) {
@@ -28,6 +27,10 @@ pub fn rows(points: &[Found]) -> Vec<Vec<String>> {
         }
     }
     groups.iter().map(Group::row).collect()
+}
+
+fn key(point: &Found) -> (&str, &str, u64, &str) {
+    (&point.potential, &point.integrator, point.dt.to_bits(), &point.rebuild)
 }
 
 impl Group<'_> {

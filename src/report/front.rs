@@ -81,7 +81,7 @@ impl Found {
     }
 
     /// Whether a row of errors is of this point.
-    fn is_of(&self, row: &Record<'_>, any_skin: bool) -> bool {
+    pub fn is_of(&self, row: &Record<'_>, any_skin: bool) -> bool {
         let text = |column: &str, own: &str| row.text(column) == own;
         text("potential", &self.potential)
             && text("integrator", &self.integrator)
@@ -105,9 +105,7 @@ impl Found {
         // Lists are the same in every precision but for pairs that rounding decides.
         let of_list = Found { potential: "own".into(), integrator: "own".into(), ..self.clone() };
         if let Some(row) = store.rows(&MISSING).find(|row| of_list.is_of(row, false)) {
-            let (missing, pairs) = (row.number("missing"), row.number("pairs"));
-            self.missing = missing.zip(pairs).map(|(m, all)| m / all.max(1.0));
-            self.missing_most = missing.zip(pairs).filter(|(m, _)| *m == 0.0).map(|(_, all)| unseen(all));
+            (self.missing, self.missing_most) = missing(&row);
         }
         let forces = store.rows(&FORCES).find(|row| own(row) && row.text("potential") == self.potential);
         self.force = forces.and_then(|row| row.number("force_error_rms"));
@@ -164,8 +162,15 @@ pub enum Lists {
     Unsure(f64),
 }
 
+/// Part of the pairs within the cutoff that a row's lists lack, and the most that it may be where that is 0.
+pub fn missing(row: &Record<'_>) -> (Option<f64>, Option<f64>) {
+    let counted = row.number("missing").zip(row.number("pairs"));
+    let most = counted.filter(|(missing, _)| *missing == 0.0).map(|(_, pairs)| unseen(pairs));
+    (counted.map(|(missing, pairs)| missing / pairs.max(1.0)), most)
+}
+
 /// The most that may be missing where none of so many pairs was: 95 % confidence (the rule of three).
-pub fn unseen(pairs: f64) -> f64 {
+fn unseen(pairs: f64) -> f64 {
     (3.0 / pairs.max(1.0)).min(1.0)
 }
 

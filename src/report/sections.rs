@@ -119,13 +119,8 @@ impl Facts<'_> {
         )));
         let usual = self.plan.usual.name();
         let rows = self.store.rows(&MISSING).map(|row| {
-            let names = ["own", "own", usual, row.text("rebuild")];
-            let numbers = (row.number("dt"), row.number("skin"));
-            let of = points.iter().find(|p| {
-                names == [&p.potential, &p.integrator, &p.precision, &p.rebuild].map(String::as_str)
-                    && numbers == (Some(p.dt), Some(p.skin))
-            });
-            let part = row.number("missing").zip(row.number("pairs")).map(|(m, all)| m / all.max(1.0));
+            let of = points.iter().find(|p| p.precision == usual && p.is_of(&row, false));
+            let (part, most) = front::missing(&row);
             let text = |column: &str| row.text(column).to_string();
             vec![
                 text("rebuild"),
@@ -134,12 +129,7 @@ impl Facts<'_> {
                 text("pairs"),
                 text("missing"),
                 maybe(part),
-                maybe(
-                    row.number("missing")
-                        .zip(row.number("pairs"))
-                        .filter(|(m, _)| *m == 0.0)
-                        .map(|(_, all)| front::unseen(all)),
-                ),
+                maybe(most),
                 text("missing_worst_look"),
                 maybe(of.map(|p| p.time.median).filter(|time| *time > 0.0)),
                 maybe(of.and_then(|p| p.trajectory)),

@@ -9,8 +9,8 @@ use octant::real::Isa;
 use octant::system::{SimulationBox, State, Vec3};
 
 use crate::common::{Engine, Tolerance, Variant, all_pairs, arc, melt, program, variants};
-use crate::force_error;
 use crate::rows::Case;
+use crate::{FORCE_ERROR, force_error};
 
 /// A crystal of 4 n^3 particles after 400 steps.
 fn liquid(n: usize) -> (State, SimulationBox) {
@@ -58,12 +58,11 @@ const FAR: Case = Case::new("force error", "the liquid 1e6 sigma from the origin
 /// Checks RMS and largest error; returns the RMS.
 fn check(case: &Case, what: &str, variant: &Variant, state: &State, space: &SimulationBox) -> f64 {
     let (rms, worst) = errors(variant, state, space);
-    let reason = "some 22 roundings of each pair force, of which the nearest pairs have 15 times the RMS: of f64, of f32 in mixed and \
-                  single precision, where fixed-point coordinates add a rounding of 1e-8 cells";
     let measured = |of: &str| format!("{what}: force error over the RMS force, {of}");
-    case.check(variant, &measured("RMS"), rms, variant.tolerance.force_rms, reason);
+    case.check(variant, &measured("RMS"), rms, variant.tolerance.force_rms, FORCE_ERROR);
     // The worst of 32 000 has two of the nearest pairs more often than that of a hundred.
-    case.check(variant, &measured("worst atom"), worst, (2.0 * force_error(variant)).min(3e-5), reason);
+    let most = (2.0 * force_error(variant)).min(variant.tolerance.force);
+    case.check(variant, &measured("worst atom"), worst, most, FORCE_ERROR);
     rms
 }
 

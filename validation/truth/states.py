@@ -46,8 +46,8 @@ _BEYOND = np.array([9e-5, 1.4e-4])
 
 _REASON = (
     "4 standard errors, what the equations of Thol et al. and of Kolafa and Nezbeda differ by, the timestep's shift of the "
-    "distribution, what N atoms are off (1.1/N in U, 6.2/N in P, measured between 256 and 864 atoms) and what tail corrections miss "
-    "(1e-4, from g(r) beyond the cutoff)"
+    f"distribution, what N atoms are off ({_FINITE[0]:g}/N in U, {_FINITE[1]:g}/N in P, measured between 256 and 864 atoms) and what "
+    f"tail corrections miss ({_BEYOND[0]:g} and {_BEYOND[1]:g}, from g(r) beyond the cutoff)"
 )
 
 
