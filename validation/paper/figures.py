@@ -118,7 +118,8 @@ def orders(rows: Sequence[Row]) -> Figure:
         else:
             panel.set_xticks([])
             panel.text(0.5, 0.5, "not on this engine", transform=panel.transAxes, ha="center", color="0.5")
-    panels[0].set_ylim(bottom=0)
+    panels[0].set_yscale("log")
+    _plain(panels[0].yaxis, _RATIOS)
     panels[0].set_ylabel("ratio of times")
     figure.suptitle(f"Order of cells and sort: {place(rows)}", fontsize=9)
     return figure
@@ -178,7 +179,7 @@ def figure_5(rows: Sequence[Row]) -> Figure:
             _bars(panel, {size: a.over(usual) for size, (a, usual) in found.items()}, **look)
         panel.axhline(1, color="0.5", lw=1, zorder=0, label=_name("standard", 1.0))
         panel.set_yscale("log")
-        _plain(panel.yaxis, (1, 1.5, 2, 3, 5, 7))
+        _plain(panel.yaxis, _RATIOS)
         panel.set_title(title, loc="left")
         panel.set_ylabel("time of a build over standard's with cells of R")
     # One scale, so that the searches can be compared; that with all pairs is far beyond it.
@@ -233,6 +234,10 @@ def distributions(rows: Sequence[Row]) -> Figure:
     panels[0][0].invert_yaxis()
     figure.suptitle(f"List builds by distribution: {place(rows)}", fontsize=9)
     return figure
+
+
+#: Marks of a logarithmic axis of ratios, in each power of ten.
+_RATIOS = (1, 1.5, 2, 3, 5, 7)
 
 
 def _plain(axis: Axis, marks: Sequence[float]) -> None:
