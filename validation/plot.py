@@ -26,6 +26,14 @@ _THERMO = [("Pair energy", ("E_pair", "PotEng")), ("Temperature", ("Temp",)), ("
 _ZERO = 1e-17
 
 
+def _style(index: int) -> dict[str, str]:
+    """How a scene is drawn: once all colors are used, with hollow markers on broken lines."""
+    again, color = divmod(index, len(_COLORS))
+    fill = "white" if again else _COLORS[color]
+    line = "--" if again else "-"
+    return {"color": _COLORS[color], "marker": _MARKERS[color], "markerfacecolor": fill, "linestyle": line}
+
+
 def write(folder: Path, scenes: Sequence[SceneResult]) -> None:
     """Writes ``validation.png`` and ``.svg``: thermo differences over time, force and position differences by scene."""
     plt.rcParams.update(
@@ -46,8 +54,7 @@ def write(folder: Path, scenes: Sequence[SceneResult]) -> None:
             if name is None:
                 continue
             time, difference = np.array(scene.deviations[name]).T
-            style = {"color": _COLORS[index % len(_COLORS)], "marker": _MARKERS[index % len(_MARKERS)]}
-            panel.plot(time, np.maximum(difference, _ZERO), lw=0.8, ms=3.5, clip_on=False, label=scene.name, **style)
+            panel.plot(time, np.maximum(difference, _ZERO), lw=0.8, ms=3.5, clip_on=False, label=scene.name, **_style(index))
     axes[0].text(
         0.04, 0.97, "outside tolerance (of the largest scene)", transform=axes[0].transAxes, va="top", color="0.4"
     )

@@ -149,9 +149,9 @@ def read_rows(paths: Iterable[Path]) -> list[dict[str, Any]]:
     return [row for row in _read(paths) if _ORIGIN not in row]
 
 
-def read_origin(paths: Iterable[Path]) -> str | None:
-    """Where and of which commit checks that were kept are; those of a GPU have that elsewhere."""
-    return next((row[_ORIGIN] for row in _read(paths) if _ORIGIN in row), None)
+def read_origins(paths: Iterable[Path]) -> list[str]:
+    """Where and of which commit checks that were kept are, as their files have it."""
+    return [row[_ORIGIN] for row in _read(paths) if _ORIGIN in row]
 
 
 def _read(paths: Iterable[Path]) -> list[dict[str, Any]]:
@@ -207,9 +207,9 @@ def page(
     elsewhere: Sequence[tuple[Elsewhere, str]],
     form: str,
     gpu: Gpu | None = None,
-    origin: str | None = None,
+    origins: Sequence[str] = (),
 ) -> str:
-    """The page as Markdown; `origin` is where the checks are from, if not from here."""
+    """The page as Markdown; `origins` are where the checks are from, if not from here."""
     found = gpu.tests if gpu else {}
     verdicts = [(one, verdict, found.get((one.suite, one.test), NOT_RUN)) for one, verdict in elsewhere]
     failed = {line.case for line in lines if not line.holds} | {one.case for one, *both in verdicts if FAILS in both}
@@ -217,8 +217,8 @@ def page(
     text = [
         "# Stability: stiff, extreme, overflowing and long scenes",
         "",
-        f"{count} checks of {cases} cases ({form}) by `make stability`, {origin or _here()}"
-        + (f"; on the GPU: {gpu.where}. " if gpu else ". ")
+        f"{count} checks of {cases} cases ({form}) by `make stability`, {'; '.join(origins) or _here()}"
+        + (f"; tests of other files on a GPU: {gpu.where}. " if gpu else ". ")
         + (f"**{len(failed)} cases fail.**" if failed else "All hold."),
         "",
         "Each line is a case on one backend in one precision, on every instruction set there is, with the check that came nearest "
@@ -315,9 +315,9 @@ def main() -> int:
     parser.add_argument("--cargo", default="--release", metavar="FLAGS", help="flags of `cargo test` (--release)")
     arguments = parser.parse_args()
     form = "short" if arguments.short else "full"
-    origin = None
+    origins: list[str] = []
     if arguments.rows:
-        rows, origin = read_rows(arguments.rows), read_origin(arguments.rows)
+        rows, origins = read_rows(arguments.rows), read_origins(arguments.rows)
     else:
         with tempfile.TemporaryDirectory(prefix="stability-") as folder:
             path = arguments.keep or Path(folder) / "rows.jsonl"
@@ -330,7 +330,7 @@ def main() -> int:
     gpu = read_gpu(arguments.gpu) if arguments.gpu else None
     elsewhere = run_elsewhere(arguments.cargo.split())
     lines = lines_of(rows)
-    arguments.page.write_text(page(lines, elsewhere, f"{form} form", gpu, origin), encoding="utf-8")
+    arguments.page.write_text(page(lines, elsewhere, f"{form} form", gpu, origins), encoding="utf-8")
     failed = [line for line in lines if not line.holds]
     for line in failed:
         found = f"{line.measured} {line.value:.3g}, at most {line.bound:.3g}"

@@ -58,15 +58,19 @@ def test_rows_of_several_machines_share_the_page(tmp_path: Path) -> None:
     paths[1].write_text(json.dumps(_row(0.5, 1.0, holds=True) | {"backend": "cuda"}) + "\n", encoding="utf-8")
     lines = stability.lines_of(stability.read_rows(paths))
     assert [line.backend for line in lines] == ["cpu", "cuda"]
-    assert stability.read_origin(paths) is None
+    assert stability.read_origins(paths) == []
 
 
 def test_kept_checks_say_where_they_are_from(tmp_path: Path) -> None:
-    kept = tmp_path / "rows"
-    kept.write_text(f'{{"origin": "a machine, commit abc"}}\n{json.dumps(_row(0.5, 1.0, holds=True))}\n', encoding="utf-8")
-    assert (stability.read_origin([kept]), len(stability.read_rows([kept]))) == ("a machine, commit abc", 1)
-    text = stability.page(stability.lines_of(stability.read_rows([kept])), [], "full form", origin=stability.read_origin([kept]))
-    assert "1 checks of 1 cases (full form) by `make stability`, a machine, commit abc. All hold." in text
+    kept = [tmp_path / name for name in ("cpu", "gpu", "nowhere")]
+    line = json.dumps(_row(0.5, 1.0, holds=True))
+    texts = (f'{{"origin": "a machine, commit abc"}}\n{line}\n', f'{{"origin": "a card, commit abd"}}\n{line}\n', f"{line}\n")
+    for path, text in zip(kept, texts, strict=True):
+        path.write_text(text, encoding="utf-8")
+    origins, rows = stability.read_origins(kept), stability.read_rows(kept)
+    assert (origins, len(rows)) == (["a machine, commit abc", "a card, commit abd"], 3)
+    page = stability.page(stability.lines_of(rows), [], "full form", origins=origins)
+    assert "3 checks of 1 cases (full form) by `make stability`, a machine, commit abc; a card, commit abd. All hold." in page
 
 
 def test_verdicts_of_a_gpu_stand_beside_those_of_here(tmp_path: Path) -> None:

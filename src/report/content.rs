@@ -3,6 +3,7 @@
 use super::Options;
 use super::broken;
 use super::charts;
+use super::cutoff;
 use super::front::{self, Found, Lists, SAFE};
 use super::lammps;
 use super::measure::{FORCES, TRAJECTORIES};
@@ -288,7 +289,17 @@ impl Facts<'_> {
             &["potential", "precision", "RMS", "worst atom", "atoms compared"],
             forces.chain(lammps).collect(),
         ));
+        blocks.extend(self.at_the_cutoff().map(Block::Text));
         Ok(())
+    }
+
+    /// Which force errors of the script's potential are of pairs on the wrong side of the cutoff.
+    fn at_the_cutoff(&self) -> Option<String> {
+        let rows: Vec<_> = self.store.rows(&FORCES).filter(|row| row.text("potential") == "own").collect();
+        let worst: Vec<_> =
+            rows.iter().filter_map(|row| Some((row.text("precision"), row.number("force_error_worst")?))).collect();
+        let rms_force = rows.first()?.number("rms_force")?;
+        cutoff::of_force_errors(&self.study.program.pair, &worst, rms_force, self.study.atoms())
     }
 
     /// Fitted orders of convergence.

@@ -6,7 +6,10 @@
 //! error is 0, its variance (F u dt)^2 / 12. With n pairs a length of distance at the cutoff, n <|u|> cross it in a unit of time, and
 //! with the Gaussian velocities of a temperature T, <|u|^3> = 2 (2 / pi)^(1/2) (k T / mu)^(3/2), mu being the reduced mass. So the variance
 //! of E - N_pairs U(cutoff) grows by n F^2 dt^2 / 12 <|u|^3> in a unit of time. In a uniform fluid n = N / 2 4 pi rc^2 rho g(rc).
+//!
+//! And what it does to forces: rounding decides on which side of the cutoff a pair is that lies on it.
 
+use super::content::short;
 use super::study::Study;
 use crate::bench::exact;
 use crate::pair::PairTable;
@@ -21,18 +24,49 @@ const SAMPLE: usize = 2_000;
 /// pair of types, row-major, both orders apart.
 pub fn walk_rate(pair: &PairTable, pairs: &[f64], masses: &[f64], units: &Units, temperature: f64, dt: f64) -> f64 {
     let mut rate = 0.0;
-    for (k, of) in pair.pairs.iter().enumerate() {
+    for (k, count) in pairs.iter().enumerate() {
         let (i, j) = (k / pair.types, k % pair.types);
-        // A hair inside: the force beyond is none.
-        let inside = of.cutoff * (1.0 - 1e-12);
-        let Some(value) = pair.evaluate(i, j, inside).filter(|_| of.cutoff > 0.0) else { continue };
-        let force = value.force_over_r * inside;
+        let Some(force) = force_at_cutoff(pair, i, j) else { continue };
         let reduced = masses[i] * masses[j] / (masses[i] + masses[j]);
         let squared = units.boltzmann * temperature / (reduced * units.mvv2e);
         let cubed = 2.0 * (2.0 / std::f64::consts::PI).sqrt() * squared.powf(1.5);
-        rate += pairs[k] * (force * dt).powi(2) / 12.0 * cubed;
+        rate += count * (force * dt).powi(2) / 12.0 * cubed;
     }
     rate
+}
+
+/// Force of a pair of types just within its cutoff, force units; none where the two do not see each other.
+fn force_at_cutoff(pair: &PairTable, i: usize, j: usize) -> Option<f64> {
+    let cutoff = pair.pairs[i * pair.types + j].cutoff;
+    // A hair inside: the force beyond is none.
+    let inside = cutoff * (1.0 - 1e-12);
+    pair.evaluate(i, j, inside).filter(|_| cutoff > 0.0).map(|value| value.force_over_r * inside)
+}
+
+/// How far a worst atom's error may be from the force at a cutoff that is said to be its reason, as a part of it.
+const ALIKE: f64 = 0.1;
+
+/// Says which force errors are those of a pair on the wrong side of the cutoff: `worst` has precisions and the errors of their worst
+/// atoms, over the RMS force. None where no error is as large as a force at a cutoff.
+pub fn of_force_errors(pair: &PairTable, worst: &[(&str, f64)], rms_force: f64, atoms: usize) -> Option<String> {
+    let forces = (0..pair.pairs.len()).filter_map(|k| force_at_cutoff(pair, k / pair.types, k % pair.types));
+    let mut found = forces.map(|force| {
+        let alike = |error: f64| (error * rms_force - force.abs()).abs() <= ALIKE * force.abs();
+        let precisions: Vec<&str> = worst.iter().filter(|(_, error)| alike(*error)).map(|(name, _)| *name).collect();
+        (force.abs(), precisions)
+    });
+    let (force, precisions) = found.find(|(force, precisions)| *force > 0.0 && !precisions.is_empty())?;
+    let relative = force / rms_force;
+    Some(format!(
+        "A pair whose distance is the cutoff to the last digits of f32 may be taken for one on the other side of it, and its two atoms are \
+         off by the whole force there, {}, which is {} of the RMS force. So it is with the worst atom in {} precision; one such pair among \
+         {atoms} atoms alone makes an RMS of {}. What the arithmetic itself is off by is seen where the force ends at zero, as \
+         force-shifted potentials have it.",
+        short(force),
+        short(relative),
+        precisions.join(" and "),
+        short(relative * (2.0 / atoms as f64).sqrt()),
+    ))
 }
 
 /// Pairs a length at the cutoff of each pair of types, in the melted scene.
@@ -54,11 +88,28 @@ mod tests {
     use super::*;
     use crate::pair::PairCoefficients;
 
-    #[test]
-    fn the_walk_has_the_variance_of_crossings_drawn_at_random() {
+    fn argon() -> PairTable {
         let mut given = PairCoefficients::new("lj/cut", 2.5, 1).unwrap();
         given.set((1, 1), (1, 1), &["1.0", "1.0"]).unwrap();
-        let pair = given.complete().unwrap().0;
+        given.complete().unwrap().0
+    }
+
+    #[test]
+    fn an_error_as_large_as_the_force_at_the_cutoff_is_a_pair_on_its_wrong_side() {
+        let force = 24.0 * (2.5f64.powi(-7) - 2.0 * 2.5f64.powi(-13));
+        let rms_force = 20.0;
+        let said = |worst: f64| of_force_errors(&argon(), &[("single", worst), ("double", 1e-13)], rms_force, 32_000);
+        let text = said(1.01 * force / rms_force).unwrap();
+        let alone = (2.0 * (force / rms_force).powi(2) / 32_000.0).sqrt();
+        for part in [short(force), short(alone), "worst atom in single precision".into()] {
+            assert!(text.contains(&part), "no {part} in: {text}");
+        }
+        assert_eq!((said(0.5 * force / rms_force), said(1e-6)), (None, None));
+    }
+
+    #[test]
+    fn the_walk_has_the_variance_of_crossings_drawn_at_random() {
+        let pair = argon();
         let units = Units::named("lj").unwrap();
         let (dt, temperature) = (0.005, 0.7);
         let rate = walk_rate(&pair, &[100.0], &[2.0], units, temperature, dt);
