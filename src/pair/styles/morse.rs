@@ -54,3 +54,24 @@ impl PairStyle for Style {
         PairValue { force_over_r: p.slope * (e2 - e) * inverse, energy: p.depth * (e2 - (e + e)) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_steep_well_does_not_multiply_the_rounding_of_the_distance() {
+        let given = Style::params(&[1.0, 20.0, 1.125], &[], 0.0);
+        let single: Params<f32> = Style::map(&given, |x: f64| x as f32);
+        let off = |k: i32| {
+            let r2 = (0.9 + 1.1 * f64::from(k) / 4000.0) as f32;
+            let (exact, found) = (Style::eval(f64::from(r2), &given), Style::eval(r2, &single));
+            let r = f64::from(r2).sqrt();
+            let e = (given.alpha * (given.r0 - r)).exp();
+            // Over what a relative error of the exponential counts for in the force.
+            (f64::from(found.force_over_r) - exact.force_over_r).abs() / (given.slope * (2.0 * e * e + e) / r)
+        };
+        let worst = (0..4000).map(off).fold(0.0, f64::max);
+        assert!(worst < 1.2e-6, "{worst:e}; with the rounding of r, 6e-8 of it, it is 2e-6 and more");
+    }
+}
