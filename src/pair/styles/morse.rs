@@ -47,9 +47,10 @@ impl PairStyle for Style {
     fn eval<R: Real>(r2: R, p: &Params<R>) -> PairValue<R> {
         let inverse = r2.rsqrt();
         let r = r2 * inverse;
-        // What r is short of the root of r2 by: a steep potential multiplies its rounding by alpha, and r0 - r has digits left for it.
-        let rest = R::constant(0.5) * inverse * (-r).mul_add(r, r2);
-        let e = (p.alpha * (p.r0 - r - rest)).exp();
+        // r is short of the root of r2 by (r2 - r^2) / 2 r: a steep potential multiplies that rounding by alpha, and r0 - r has digits left
+        // for it.
+        let inward = (R::constant(-0.5) * inverse).mul_add((-r).mul_add(r, r2), p.r0 - r);
+        let e = (p.alpha * inward).exp();
         let e2 = e * e;
         PairValue { force_over_r: p.slope * (e2 - e) * inverse, energy: p.depth * (e2 - (e + e)) }
     }
