@@ -13,6 +13,7 @@ use super::point::{self, is_safe};
 use super::statistics::order;
 use super::store::{Record, Store};
 use super::study::Study;
+use crate::engine::Precision;
 use crate::output::calendar::today;
 use crate::output::printf::format_g;
 
@@ -293,9 +294,11 @@ impl Facts<'_> {
         Ok(())
     }
 
-    /// Which force errors of the script's potential are of pairs on the wrong side of the cutoff.
+    /// Which force errors of the script's potential in f32 are those of pairs on the wrong side of the cutoff.
     fn at_the_cutoff(&self) -> Option<String> {
-        let rows: Vec<_> = self.store.rows(&FORCES).filter(|row| row.text("potential") == "own").collect();
+        let in_f32 =
+            |row: &Record<'_>| row.text("potential") == "own" && row.text("precision") != Precision::Double.name();
+        let rows: Vec<_> = self.store.rows(&FORCES).filter(in_f32).collect();
         let worst: Vec<_> =
             rows.iter().filter_map(|row| Some((row.text("precision"), row.number("force_error_worst")?))).collect();
         let rms_force = rows.first()?.number("rms_force")?;

@@ -26,7 +26,7 @@ pub fn walk_rate(pair: &PairTable, pairs: &[f64], masses: &[f64], units: &Units,
     let mut rate = 0.0;
     for (k, count) in pairs.iter().enumerate() {
         let (i, j) = (k / pair.types, k % pair.types);
-        let Some(force) = force_at_cutoff(pair, i, j) else { continue };
+        let Some(force) = force_at_cutoff(pair, k) else { continue };
         let reduced = masses[i] * masses[j] / (masses[i] + masses[j]);
         let squared = units.boltzmann * temperature / (reduced * units.mvv2e);
         let cubed = 2.0 * (2.0 / std::f64::consts::PI).sqrt() * squared.powf(1.5);
@@ -35,34 +35,35 @@ pub fn walk_rate(pair: &PairTable, pairs: &[f64], masses: &[f64], units: &Units,
     rate
 }
 
-/// Force of a pair of types just within its cutoff, force units; none where the two do not see each other.
-fn force_at_cutoff(pair: &PairTable, i: usize, j: usize) -> Option<f64> {
-    let cutoff = pair.pairs[i * pair.types + j].cutoff;
+/// Force just within the cutoff of a pair of types, which counts as in `PairTable::pairs`, force units; none where the two do not see
+/// each other.
+fn force_at_cutoff(pair: &PairTable, k: usize) -> Option<f64> {
+    let cutoff = pair.pairs[k].cutoff;
     // A hair inside: the force beyond is none.
     let inside = cutoff * (1.0 - 1e-12);
-    pair.evaluate(i, j, inside).filter(|_| cutoff > 0.0).map(|value| value.force_over_r * inside)
+    let value = pair.evaluate(k / pair.types, k % pair.types, inside).filter(|_| cutoff > 0.0);
+    value.map(|value| value.force_over_r * inside)
 }
 
-/// How far a worst atom's error may be from the force at a cutoff that is said to be its reason, as a part of it.
-const ALIKE: f64 = 0.1;
+/// How far a worst atom's error may be from the force at a cutoff that explains it, as a part of it: what else f32 is off by.
+const ALIKE: f64 = 0.02;
 
-/// Says which force errors are those of a pair on the wrong side of the cutoff: `worst` has precisions and the errors of their worst
-/// atoms, over the RMS force. None where no error is as large as a force at a cutoff.
+/// Says which force errors are as large as those of a pair on the wrong side of the cutoff: `worst` has precisions with f32 in them and
+/// the errors of their worst atoms, over the RMS force. None where no error is.
 pub fn of_force_errors(pair: &PairTable, worst: &[(&str, f64)], rms_force: f64, atoms: usize) -> Option<String> {
-    let forces = (0..pair.pairs.len()).filter_map(|k| force_at_cutoff(pair, k / pair.types, k % pair.types));
-    let mut found = forces.map(|force| {
-        let alike = |error: f64| (error * rms_force - force.abs()).abs() <= ALIKE * force.abs();
-        let precisions: Vec<&str> = worst.iter().filter(|(_, error)| alike(*error)).map(|(name, _)| *name).collect();
-        (force.abs(), precisions)
-    });
-    let (force, precisions) = found.find(|(force, precisions)| *force > 0.0 && !precisions.is_empty())?;
-    let relative = force / rms_force;
+    let mut forces = (0..pair.pairs.len()).filter_map(|k| force_at_cutoff(pair, k)).map(f64::abs);
+    let (relative, precisions) = forces.find_map(|force| {
+        let relative = force / rms_force;
+        let alike = |error: f64| (error - relative).abs() <= ALIKE * relative;
+        let names: Vec<&str> = worst.iter().filter(|(_, error)| alike(*error)).map(|(name, _)| *name).collect();
+        (relative > 0.0 && !names.is_empty()).then_some((relative, names))
+    })?;
     Some(format!(
         "A pair whose distance is the cutoff to the last digits of f32 may be taken for one on the other side of it, and its two atoms are \
-         off by the whole force there, {}, which is {} of the RMS force. So it is with the worst atom in {} precision; one such pair among \
-         {atoms} atoms alone makes an RMS of {}. What the arithmetic itself is off by is seen where the force ends at zero, as \
+         off by the whole force there, {}, which is {} of the RMS force. The worst atom in {} precision is off by as much; one such pair \
+         among {atoms} atoms alone makes an RMS of {}. What the arithmetic itself is off by is seen where the force ends at zero, as \
          force-shifted potentials have it.",
-        short(force),
+        short(relative * rms_force),
         short(relative),
         precisions.join(" and "),
         short(relative * (2.0 / atoms as f64).sqrt()),
